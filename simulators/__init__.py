@@ -1,0 +1,1 @@
+"""What a machine does: kinematics, physics and synthetic signals. Imports nothing else of rotorwise."""
