@@ -7,6 +7,7 @@ equations (1)-(4). Inner ring turning, outer ring fixed, pure rolling.
 from __future__ import annotations
 
 import math
+import re
 import tomllib
 from dataclasses import dataclass
 from functools import cache
@@ -134,10 +135,10 @@ def find_bearing(designation: str) -> BearingGeometry:
     catalogue = bearing_catalogue()
     if wanted in catalogue:
         return catalogue[wanted]
-    # 6205-2RS/C3 has the inner geometry of 6205: the longest catalogue name that starts it wins.
-    starts = [name for name in catalogue if name.isdigit() and wanted.startswith(name) and not wanted[len(name)].isdigit()]
-    if starts:
-        return catalogue[max(starts, key=len)]
+    # Sealing, cage and clearance suffixes (6205-2RS/C3) do not change the inner geometry.
+    base = re.split(r"[-/ ]", designation.strip(), maxsplit=1)[0].upper()
+    if base.isdigit() and base in catalogue:
+        return catalogue[base]
     known = ", ".join(sorted({geometry.designation for geometry in catalogue.values()}))
     raise InvalidValueError(
         f"Bearing {designation!r} is not in the catalogue ({known}). Give its geometry instead: "
