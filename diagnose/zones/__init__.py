@@ -1,1 +1,1 @@
-
+"""Zone tables as data files, one file a standard."""
