@@ -1,0 +1,84 @@
+"""Sampling rate from a column of time stamps, and what is wrong with the stamps."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def rate_from_times(times_s: np.ndarray) -> tuple[float | None, tuple[str, ...]]:
+    """Return the mean sampling rate (n - 1) / (last - first) and warnings about the stamps.
+
+    Parameters
+    ----------
+    times_s : numpy.ndarray, shape (samples,)
+        Seconds.
+
+    Returns
+    -------
+    rate_hz : float or None
+        None when the stamps do not rise. A rate within one part in a million of a whole number is that number:
+        stamps printed with few digits are not more exact than that.
+    warnings : tuple of str
+    """
+    times = times_s[np.isfinite(times_s)]
+    warnings: list[str] = []
+    if times.size < times_s.size:
+        warnings.append(f"{times_s.size - times.size} time stamps are missing or not numbers.")
+    if times.size < 2 or not times[-1] > times[0]:
+        return None, (*warnings, "The time column does not rise; the sampling rate cannot be taken from it.")
+    step = (times[-1] - times[0]) / (times.size - 1)
+    warnings.extend(_step_warnings(np.diff(times), step, float(times[0])))
+    rate = float(1.0 / step)
+    if round(rate) > 0 and abs(rate - round(rate)) < 1e-6 * rate:
+        rate = float(round(rate))
+    return rate, tuple(warnings)
+
+
+def _step_warnings(steps: np.ndarray, mean_step: float, first: float) -> list[str]:
+    found: list[str] = []
+    if backwards := int(np.count_nonzero(steps < 0)):
+        found.append(f"Time runs backwards at {backwards} places; samples may be out of order.")
+    if duplicates := int(np.count_nonzero(steps == 0)):
+        found.append(
+            f"{duplicates} of {steps.size + 1} time stamps repeat the one before; even sampling at the mean rate is assumed."
+        )
+    usual = float(np.median(steps)) or mean_step
+    gaps = steps > 3.0 * max(usual, mean_step)
+    if gaps.any():
+        found.append(
+            f"{int(gaps.sum())} gaps in the time stamps, the longest {float(steps.max()):.4g} s where {usual:.4g} s "
+            "is usual; samples are missing there."
+        )
+    rest = steps[~gaps & (steps > 0)]
+    # Stamps of large value (seconds since 1970) carry their own rounding; that is not uneven sampling.
+    allowed = 0.05 * mean_step + 4 * np.spacing(abs(first) + abs(mean_step) * steps.size)
+    if rest.size and float(np.max(np.abs(rest - np.median(rest)))) > allowed:
+        found.append(
+            f"Uneven time steps ({float(rest.min()):.4g} to {float(rest.max()):.4g} s); even sampling at the mean rate is assumed."
+        )
+    return found
+
+
+def is_steady_rise(values: np.ndarray) -> bool:
+    """Whether a column rises by one constant step, within the rounding of its digits."""
+    if values.size < 3 or not np.isfinite(values).all():
+        return False
+    steps = np.diff(values)
+    mean = float(steps.mean())
+    return mean > 0 and bool(np.max(np.abs(steps - mean)) <= 0.02 * mean + 4 * np.spacing(np.max(np.abs(values))))
+
+
+def is_row_count(values: np.ndarray) -> bool:
+    """Whether a column is whole numbers going up by one: a row number, not time."""
+    return values.size >= 2 and bool(np.all(values == np.round(values)) and np.all(np.diff(values) == 1))
+
+
+def epoch_scale(first: float) -> float:
+    """Return the seconds in one unit of a stamp that counts from 1970; 1 when the value is no such count.
+
+    Today is about 1.7e9 s after 1970, so 1e12 to 1e13 can only be milliseconds, and so on.
+    """
+    for low, scale in ((1e11, 1e-3), (1e14, 1e-6), (1e17, 1e-9)):
+        if low <= abs(first) < low * 1e3:
+            return scale
+    return 1.0
