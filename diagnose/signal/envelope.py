@@ -1,0 +1,158 @@
+"""Envelope analysis: band-pass, analytic signal, spectrum of the envelope, and the choice of the band.
+
+A damaged bearing or tooth strikes at a low rate; each strike rings a resonance. In a band around the resonance the
+envelope repeats at the strike rate (Randall and Antoni, MSSP 25 (2011) 485). Envelopes are divided by their mean, so
+that a line's height is the modulation depth: about twice the share of the band's energy that comes in that rhythm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import fft
+
+from ...simulators.errors import InvalidValueError
+from .spectrum import Spectrum, hann, noise_floor
+
+_SPLITS = (1, 2, 3, 4, 6, 8, 12)
+
+
+@dataclass(frozen=True, eq=False)
+class EnvelopeSpectrum:
+    """Spectrum of the envelope of one channel in one band.
+
+    Attributes
+    ----------
+    channel : int
+    low_hz, high_hz : float
+        The band.
+    kurtosis : float
+        Spectral kurtosis of the band, <|z|^4>/<|z|^2>^2 - 2; 0 for Gaussian noise.
+    mean : float
+        Mean envelope, in the signal's unit.
+    spectrum : Spectrum
+        One row; amplitudes are modulation depths (envelope line over mean envelope).
+    """
+
+    channel: int
+    low_hz: float
+    high_hz: float
+    kurtosis: float
+    mean: float
+    spectrum: Spectrum
+
+
+def demodulation_bands(*, lowest_hz: float, highest_hz: float, narrowest_hz: float) -> list[tuple[float, float]]:
+    """Return the bands to try: the range split in 1, 2, 3, 4, 6, 8 and 12 equal parts, none below a width.
+
+    This is the tiling of the fast kurtogram (J. Antoni, MSSP 21 (2007) 108).
+
+    Examples
+    --------
+    >>> demodulation_bands(lowest_hz=0, highest_hz=1200, narrowest_hz=500)
+    [(0.0, 1200.0), (0.0, 600.0), (600.0, 1200.0)]
+    """
+    span = highest_hz - lowest_hz
+    bands: list[tuple[float, float]] = []
+    for parts in _SPLITS:
+        width = span / parts
+        if parts > 1 and width < narrowest_hz:
+            break
+        bands += [(lowest_hz + index * width, lowest_hz + (index + 1) * width) for index in range(parts)]
+    return bands
+
+
+def band_envelope(signal: np.ndarray, *, rate_hz: float, low_hz: float, high_hz: float) -> tuple[np.ndarray, float]:
+    """Return the envelope of one channel in a band, and its sampling rate.
+
+    Parameters
+    ----------
+    signal : numpy.ndarray, shape (samples,)
+    rate_hz, low_hz, high_hz : float
+
+    Returns
+    -------
+    envelope : numpy.ndarray, shape (band samples,)
+        Modulus of the analytic signal, sampled at the band's own width: nothing above it is in it.
+    envelope_rate_hz : float
+
+    Examples
+    --------
+    >>> t = np.arange(10000) / 10000
+    >>> x = (1 + 0.5 * np.cos(2 * np.pi * 20 * t)) * np.cos(2 * np.pi * 3000 * t)
+    >>> envelope, rate = band_envelope(x, rate_hz=10000, low_hz=2500, high_hz=3500)
+    >>> round(float(envelope.max()), 2), round(rate)
+    (1.5, 1000)
+    """
+    if not 0 <= low_hz < high_hz <= 0.5 * rate_hz * (1 + 1e-9):
+        raise InvalidValueError(f"Band {low_hz}-{high_hz} Hz at rate {rate_hz} Hz; allowed: 0 <= low < high <= rate/2.")
+    return _envelope_from_transform(fft.rfft(signal - np.mean(signal)), signal.size, rate_hz, low_hz, high_hz)
+
+
+def _envelope_from_transform(
+    transform: np.ndarray, samples: int, rate_hz: float, low_hz: float, high_hz: float
+) -> tuple[np.ndarray, float]:
+    low = max(int(np.ceil(low_hz / rate_hz * samples)), 1)
+    high = min(int(high_hz / rate_hz * samples), transform.size)
+    wanted = fft.next_fast_len(max(high - low, 8))
+    high = min(low + wanted, transform.size)
+    low = max(high - wanted, 1)
+    part = transform[low:high].copy()
+    # A short cosine edge keeps strong lines just outside from ringing through the whole band.
+    edge = max(part.size // 20, 1)
+    ramp = 0.5 - 0.5 * np.cos(np.pi * (np.arange(edge) + 0.5) / edge)
+    part[:edge] *= ramp
+    part[-edge:] *= ramp[::-1]
+    return np.abs(fft.ifft(part)) * (2.0 * part.size / samples), rate_hz * part.size / samples
+
+
+def envelope_spectra(
+    signals: np.ndarray, *, rate_hz: float, bands: list[tuple[float, float]], highest_line_hz: float, floor_width_hz: float
+) -> list[EnvelopeSpectrum]:
+    """Return the envelope spectrum of every channel in every band.
+
+    Parameters
+    ----------
+    signals : numpy.ndarray, shape (channels, samples)
+    rate_hz : float
+    bands : list of (low_hz, high_hz)
+    highest_line_hz : float
+        The spectra are kept up to here.
+    floor_width_hz : float
+        Width of the noise-floor neighbourhood.
+    """
+    found: list[EnvelopeSpectrum] = []
+    for channel, signal in enumerate(np.atleast_2d(signals)):
+        samples = fft.next_fast_len(signal.size, real=True)
+        transform = fft.rfft(signal - signal.mean(), n=samples)
+        filled = signal.size / samples
+        for low_hz, high_hz in bands:
+            envelope, envelope_rate = _envelope_from_transform(transform, samples, rate_hz, low_hz, high_hz)
+            envelope = envelope[: int(envelope.size * filled)]
+            found.append(
+                _envelope_spectrum(envelope, envelope_rate, (channel, low_hz, high_hz), highest_line_hz, floor_width_hz)
+            )
+    return found
+
+
+def _envelope_spectrum(
+    envelope: np.ndarray, rate_hz: float, place: tuple[int, float, float], highest_line_hz: float, floor_width_hz: float
+) -> EnvelopeSpectrum:
+    mean = float(envelope.mean())
+    tiny = np.finfo(float).tiny
+    power = envelope**2
+    kurtosis = float((power**2).mean() / max(power.mean() ** 2, tiny) - 2.0)
+    window = hann(envelope.size)
+    transform = fft.rfft((envelope - mean) * window)
+    frequency = fft.rfftfreq(envelope.size, 1.0 / rate_hz)
+    kept = max(int(np.searchsorted(frequency, highest_line_hz)), min(64, frequency.size))
+    depth = np.abs(transform[:kept])[None, :] * (2.0 / (window.sum() * max(mean, tiny)))
+    half_width = max(20, round(0.5 * floor_width_hz / float(frequency[1])))
+    spectrum = Spectrum(frequency[:kept], depth, noise_floor(depth, half_width_bins=half_width))
+    return EnvelopeSpectrum(place[0], place[1], place[2], kurtosis, mean, spectrum)
+
+
+def most_impulsive(envelopes: list[EnvelopeSpectrum], channel: int) -> EnvelopeSpectrum:
+    """Return the channel's band with the largest spectral kurtosis: the kurtogram's choice."""
+    return max((one for one in envelopes if one.channel == channel), key=lambda one: one.kurtosis)

@@ -1,0 +1,150 @@
+"""Computed order tracking: resampling at equal shaft angles, and complex order amplitudes.
+
+Reference: K. R. Fyfe and E. D. S. Munck, "Analysis of computed order tracking", MSSP 11 (1997) 187.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...simulators.errors import InvalidValueError
+
+_TAPS = 32
+_CHUNK = 1 << 15
+
+
+def phase_from_pulses(
+    times_s: np.ndarray, *, samples: int, rate_hz: float, pulses_per_revolution: float = 1.0
+) -> np.ndarray:
+    """Return the shaft angle in turns at every sample, shape (samples,), from tacho pulse times.
+
+    The angle is 0 at the first pulse, a monotone cubic between pulses, and runs on at the end speeds outside.
+    """
+    from scipy.interpolate import PchipInterpolator
+
+    if times_s.size < 3:
+        raise InvalidValueError(f"{times_s.size} tacho pulses; allowed: 3 or more. Analyse without the tacho channel.")
+    turns = np.arange(times_s.size) / pulses_per_revolution
+    time = np.arange(samples) / rate_hz
+    phase = PchipInterpolator(times_s, turns)(np.clip(time, times_s[0], times_s[-1]))
+    before, after = time < times_s[0], time > times_s[-1]
+    first_speed = (turns[1] - turns[0]) / (times_s[1] - times_s[0])
+    last_speed = (turns[-1] - turns[-2]) / (times_s[-1] - times_s[-2])
+    phase[before] = (time[before] - times_s[0]) * first_speed
+    phase[after] = turns[-1] + (time[after] - times_s[-1]) * last_speed
+    return phase
+
+
+def constant_speed_phase(*, samples: int, rate_hz: float, speed_hz: float) -> np.ndarray:
+    """Return the shaft angle in turns at every sample of a machine at constant speed, shape (samples,)."""
+    return np.arange(samples) * (speed_hz / rate_hz)
+
+
+def angular_resample(signals: np.ndarray, *, phase_turns: np.ndarray, samples_per_turn: int) -> np.ndarray:
+    """Return the signals at equal shaft angles.
+
+    Parameters
+    ----------
+    signals : numpy.ndarray, shape (channels, samples)
+    phase_turns : numpy.ndarray, shape (samples,)
+        Rising shaft angle in turns.
+    samples_per_turn : int
+        Orders up to half of it are kept. Content above that order is filtered out first, at the lowest speed of
+        the record, so that nothing folds.
+
+    Returns
+    -------
+    numpy.ndarray, shape (channels, whole turns * samples_per_turn)
+
+    Notes
+    -----
+    Interpolation by a 32-tap Kaiser-windowed sinc: error below 1e-4 up to 0.4 of the sampling rate.
+    """
+    block = np.atleast_2d(np.asarray(signals, dtype=float))
+    if np.any(np.diff(phase_turns) <= 0):
+        raise InvalidValueError("The shaft angle does not rise everywhere. Check the tacho channel for false pulses.")
+    turns = int(np.floor(phase_turns[-1]) - np.ceil(phase_turns[0]))
+    if turns < 1:
+        raise InvalidValueError(f"{turns} whole turns in the record; allowed: 1 or more. Give a longer record.")
+    block = _limit_band(block, float(np.diff(phase_turns).min()) * samples_per_turn / 2)
+    wanted = np.ceil(phase_turns[0]) + np.arange(turns * samples_per_turn) / samples_per_turn
+    positions = np.interp(wanted, phase_turns, np.arange(phase_turns.size))
+    return np.stack([_sinc_interpolate(row, positions) for row in block])
+
+
+def _limit_band(block: np.ndarray, cycles_per_sample: float) -> np.ndarray:
+    """Low-pass below a frequency in cycles a sample, with a cosine edge over its top tenth."""
+    if cycles_per_sample >= 0.5:
+        return block
+    transform = np.fft.rfft(block, axis=1)
+    frequency = np.fft.rfftfreq(block.shape[1])
+    edge = np.clip((cycles_per_sample - frequency) / (0.1 * cycles_per_sample), 0.0, 1.0)
+    return np.fft.irfft(transform * (0.5 - 0.5 * np.cos(np.pi * edge)), n=block.shape[1], axis=1)
+
+
+def _sinc_interpolate(row: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    half = _TAPS // 2
+    padded = np.concatenate([row[half:0:-1], row, row[-2 : -half - 2 : -1]])
+    result = np.empty(positions.size)
+    taps = np.arange(_TAPS) - half + 1
+    for start in range(0, positions.size, _CHUNK):
+        part = positions[start : start + _CHUNK]
+        base = np.floor(part).astype(int)
+        distance = part[:, None] - base[:, None] - taps[None, :]
+        window = np.i0(8.0 * np.sqrt(np.clip(1 - (distance / half) ** 2, 0.0, 1.0))) / np.i0(8.0)
+        weight = np.sinc(distance) * window
+        result[start : start + _CHUNK] = (padded[base[:, None] + taps[None, :] + half] * weight).sum(axis=1)
+    return result
+
+
+def order_amplitudes(
+    signals: np.ndarray, *, phase_turns: np.ndarray, orders: np.ndarray | list[float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the complex amplitudes of orders, and their standard deviations.
+
+    Parameters
+    ----------
+    signals : numpy.ndarray, shape (channels, samples)
+    phase_turns : numpy.ndarray, shape (samples,)
+        Shaft angle in turns; amplitudes are referred to its zero.
+    orders : array of float, shape (k,)
+
+    Returns
+    -------
+    amplitude : numpy.ndarray, complex, shape (channels, k)
+        x ~ Re sum_k A_k exp(2 pi i order_k angle): |A| is the peak amplitude, arg A the lead of a cosine on angle 0.
+    deviation : numpy.ndarray, shape (channels, k)
+        Standard deviation of |A| from the scatter of A over eight Hann segments; NaN with fewer than 16 turns.
+
+    Examples
+    --------
+    >>> turns = np.arange(8000) / 100
+    >>> amplitude, _ = order_amplitudes(2 * np.cos(2 * np.pi * (3 * turns + 0.25))[None], phase_turns=turns, orders=[3])
+    >>> round(float(abs(amplitude[0, 0])), 6), round(float(np.angle(amplitude[0, 0]) / 2 / np.pi), 6)
+    (2.0, 0.25)
+    """
+    block = np.atleast_2d(np.asarray(signals, dtype=float))
+    orders = np.asarray(orders, dtype=float)
+    whole = _demodulated_mean(block, phase_turns, orders, slice(0, block.shape[1]))
+    turns = phase_turns[-1] - phase_turns[0]
+    if turns < 16:
+        return whole, np.full(whole.shape, np.nan)
+    edges = np.linspace(0, block.shape[1], 9).astype(int)
+    parts = np.stack(
+        [_demodulated_mean(block, phase_turns, orders, slice(edges[i], edges[i + 1])) for i in range(8)]
+    )
+    return whole, np.sqrt((np.abs(parts - parts.mean(axis=0)) ** 2).sum(axis=0) / 7 / 8 / 2)
+
+
+def _demodulated_mean(block: np.ndarray, phase_turns: np.ndarray, orders: np.ndarray, part: slice) -> np.ndarray:
+    signal = block[:, part] - block[:, part].mean(axis=1, keepdims=True)
+    angle = phase_turns[part]
+    samples = np.arange(signal.shape[1])
+    # The window is a Hann in angle, so that neighbouring orders vanish whatever the speed does.
+    position = (angle - angle[0]) / (angle[-1] - angle[0])
+    window = (0.5 - 0.5 * np.cos(2 * np.pi * position)) * np.gradient(angle, samples)
+    weighted = signal * window
+    amplitude = np.empty((signal.shape[0], orders.size), dtype=complex)
+    for index, order in enumerate(orders):
+        amplitude[:, index] = weighted @ np.exp(-2j * np.pi * order * angle)
+    return amplitude * (2.0 / window.sum())

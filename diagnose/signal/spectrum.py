@@ -1,0 +1,188 @@
+"""Spectra with a noise floor, and the chance that noise alone makes a line.
+
+Convention: a sine of amplitude A gives a line of height A. The noise floor is the local mean power of the noise,
+estimated by a median so that lines do not lift it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import fft
+
+from ...simulators.errors import InvalidValueError
+
+_MEDIAN_OF_EXPONENTIAL = np.log(2.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """One-sided amplitude spectrum of one or more channels.
+
+    Attributes
+    ----------
+    frequency_hz : numpy.ndarray, shape (bins,)
+    amplitude : numpy.ndarray, shape (channels, bins)
+        Peak amplitude of the sine at each bin, in the signal's unit.
+    floor : numpy.ndarray, shape (channels, bins)
+        Root of the local mean noise power, in the same scale as ``amplitude``.
+    """
+
+    frequency_hz: np.ndarray
+    amplitude: np.ndarray
+    floor: np.ndarray
+
+    @property
+    def resolution_hz(self) -> float:
+        """Spacing of the bins."""
+        return float(self.frequency_hz[1] - self.frequency_hz[0])
+
+    @property
+    def power_ratio(self) -> np.ndarray:
+        """Line power over mean noise power; exponential with mean 1 where there is only Gaussian noise."""
+        return (self.amplitude / np.maximum(self.floor, np.finfo(float).tiny)) ** 2
+
+
+def hann(samples: int) -> np.ndarray:
+    """Return the periodic Hann window of this length, shape (samples,)."""
+    return 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(samples) / samples)
+
+
+def amplitude_spectrum(signals: np.ndarray, *, rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return frequencies and the Hann-windowed, window-corrected amplitude spectrum.
+
+    Parameters
+    ----------
+    signals : numpy.ndarray, shape (channels, samples) or (samples,)
+    rate_hz : float
+
+    Returns
+    -------
+    frequency_hz : numpy.ndarray, shape (bins,)
+    amplitude : numpy.ndarray, shape (channels, bins)
+        A(f) = 2 |sum w x exp(-2 pi i f t)| / sum w; a sine on a bin gives its peak amplitude
+        (F. J. Harris, Proc. IEEE 66 (1978) 51).
+
+    Examples
+    --------
+    >>> t = np.arange(1000) / 1000
+    >>> f, a = amplitude_spectrum(3 * np.sin(2 * np.pi * 50 * t), rate_hz=1000)
+    >>> round(float(a[0, 50]), 6)
+    3.0
+    """
+    block = np.atleast_2d(np.asarray(signals, dtype=float))
+    samples = block.shape[1]
+    if samples < 16:
+        raise InvalidValueError(f"Signal of {samples} samples; allowed: 16 or more. Give a longer record.")
+    window = hann(samples)
+    centred = block - block.mean(axis=1, keepdims=True)
+    # A mixed-radix length avoids the slow transform of a prime length; trimming a few samples changes nothing else.
+    transform = np.abs(fft.rfft(centred * window, n=fft.next_fast_len(samples, real=True), axis=1))
+    frequency = fft.rfftfreq(fft.next_fast_len(samples, real=True), 1.0 / rate_hz)
+    return frequency, transform * (2.0 / window.sum())
+
+
+def noise_floor(amplitude: np.ndarray, *, half_width_bins: int) -> np.ndarray:
+    """Return the root of the local mean noise power, from running medians of the power.
+
+    Parameters
+    ----------
+    amplitude : numpy.ndarray, shape (channels, bins)
+    half_width_bins : int
+        Half the width of the neighbourhood; lines must fill less than half of it.
+
+    Notes
+    -----
+    Noise power in a bin is exponential: its mean is its median over ln 2. Medians are taken at every quarter
+    width and joined in the logarithm.
+    """
+    power = np.atleast_2d(amplitude) ** 2
+    bins = power.shape[1]
+    half = int(min(max(half_width_bins, 4), max(bins // 2 - 1, 1)))
+    centres = np.unique(np.append(np.arange(0, bins, max(half // 2, 1)), bins - 1))
+    # The window is shifted, not cut, at the ends, so that every median has as many bins.
+    starts = np.clip(centres - half, 0, bins - 2 * half)
+    windows = np.lib.stride_tricks.sliding_window_view(power, 2 * half, axis=1)[:, starts]
+    median = np.median(windows, axis=2)
+    tiny = np.finfo(float).tiny
+    logarithm = np.log(np.maximum(median / _MEDIAN_OF_EXPONENTIAL, tiny))
+    grid = np.arange(bins)
+    return np.exp(0.5 * np.array([np.interp(grid, centres, row) for row in logarithm]))
+
+
+def spectrum_with_floor(signals: np.ndarray, *, rate_hz: float, floor_width_hz: float) -> Spectrum:
+    """Return the amplitude spectrum with its noise floor.
+
+    Parameters
+    ----------
+    signals : numpy.ndarray, shape (channels, samples) or (samples,)
+    rate_hz : float
+    floor_width_hz : float
+        Width of the neighbourhood for the floor; widened to 40 bins where the record is short.
+    """
+    frequency, amplitude = amplitude_spectrum(signals, rate_hz=rate_hz)
+    half_width = max(20, round(0.5 * floor_width_hz / float(frequency[1])))
+    return Spectrum(frequency, amplitude, noise_floor(amplitude, half_width_bins=half_width))
+
+
+def peak_near(spectrum: Spectrum, channel: int, frequency_hz: float, *, tolerance_hz: float) -> tuple[float, float, float]:
+    """Return frequency, amplitude and noise floor of the highest bin within a tolerance, peak interpolated.
+
+    The frequency comes from ``peak_offsets``, the amplitude from the window's known shape at that offset.
+    """
+    resolution = spectrum.resolution_hz
+    bins = spectrum.amplitude.shape[1]
+    low = int(np.clip(np.ceil((frequency_hz - tolerance_hz) / resolution), 1, bins - 2))
+    high = int(np.clip(np.floor((frequency_hz + tolerance_hz) / resolution), low, bins - 2))
+    row = spectrum.amplitude[channel]
+    peak = low + int(np.argmax(row[low : high + 1]))
+    floor = float(spectrum.floor[channel, peak])
+    is_local_maximum = row[peak] >= row[peak - 1] and row[peak] >= row[peak + 1] and row[peak] > 0
+    if not is_local_maximum:
+        return float(spectrum.frequency_hz[peak]), float(row[peak]), floor
+    offset = float(peak_offsets(row, np.array([peak]))[0])
+    shape = 1.0 if offset == 0 else np.sinc(offset) / (1 - offset**2)
+    return (peak + offset) * resolution, float(row[peak] / shape), floor
+
+
+def peak_offsets(row: np.ndarray, bins: np.ndarray) -> np.ndarray:
+    """Return the signed offsets in bins of the tones behind local maxima of a Hann spectrum, -0.5 to 0.5.
+
+    With r = higher neighbour / peak the offset is (2 r - 1) / (r + 1) towards that neighbour (T. Grandke, IEEE
+    Trans. Instrum. Meas. 32 (1983) 350).
+    """
+    side = np.where(row[bins + 1] >= row[bins - 1], 1, -1)
+    ratio = row[bins + side] / np.maximum(row[bins], np.finfo(float).tiny)
+    return side * np.clip((2 * ratio - 1) / (ratio + 1), 0.0, 0.5)
+
+
+def chance_of_noise(power_ratio: float | np.ndarray, *, bins_searched: float | np.ndarray = 1.0) -> np.ndarray:
+    """Return the chance that Gaussian noise alone reaches this line power over mean noise power.
+
+    p = 1 - (1 - exp(-R))^m for the highest of m bins.
+
+    Examples
+    --------
+    >>> round(float(chance_of_noise(3.0)), 4)
+    0.0498
+    """
+    single = np.exp(-np.asarray(power_ratio, dtype=float))
+    return -np.expm1(np.asarray(bins_searched) * np.log1p(-np.minimum(single, 1 - 1e-16)))
+
+
+def averaged_power_density(signals: np.ndarray, *, rate_hz: float, segment_samples: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return frequencies and Welch's power density, shape (channels, bins), in unit^2/Hz.
+
+    Hann segments with half overlap (P. D. Welch, IEEE Trans. Audio Electroacoust. 15 (1967) 70).
+    """
+    block = np.atleast_2d(np.asarray(signals, dtype=float))
+    length = int(min(segment_samples, block.shape[1]))
+    window = hann(length)
+    starts = np.arange(0, block.shape[1] - length + 1, max(length // 2, 1))
+    centred = block - block.mean(axis=1, keepdims=True)
+    total = np.zeros((block.shape[0], length // 2 + 1))
+    for start in starts:
+        total += np.abs(fft.rfft(centred[:, start : start + length] * window, axis=1)) ** 2
+    density = total * (2.0 / (rate_hz * (window**2).sum() * starts.size))
+    return fft.rfftfreq(length, 1.0 / rate_hz), density
