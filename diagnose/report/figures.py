@@ -1,0 +1,109 @@
+"""The HTML around each plot: heading, switches, drawing area, caption."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .text import escape
+
+_TITLES = {"spectrum": "Spectrum", "envelope": "Envelope spectrum", "waveform": "Waveform"}
+_CURVES = {
+    "spectrum": "Amplitudes are peak values of a sine. Grey: noise floor. Rings: lines behind the findings.",
+    "envelope": "Spectrum of the demodulated signal. Grey: noise floor. Rings: lines behind the findings.",
+    "waveform": "",
+}
+
+
+def figures(payload: dict[str, Any], uid: str, level: int) -> str:
+    """Return the figures of one analysis; the script fills them from its payload.
+
+    Parameters
+    ----------
+    payload : dict
+        From ``build_payload``.
+    uid : str
+        Prefix that keeps the identifiers of several files apart.
+    level : int
+        Heading level.
+    """
+    blocks = [_spectral("spectrum", payload, uid, level)]
+    if payload["map"]:
+        blocks.append(_single("map", "Level over time", payload["map"], uid, level))
+    blocks.append(_spectral("envelope", payload, uid, level))
+    if payload["orbit"]:
+        blocks.append(_single("orbit", "Shaft orbit", payload["orbit"], uid, level))
+    if payload["waveform"]:
+        chooser = channel_chooser(payload["waveform"], f"{uid}-waveform")
+        blocks.append(figure("waveform", _TITLES["waveform"], chooser, "", level))
+    return "".join(blocks)
+
+
+def figure(kind: str, title: str, controls: str, caption: str, level: int, *, css: str = "") -> str:
+    """Return one figure. Title and caption are plain text, controls are HTML."""
+    bar = f'<div class="controls">{controls}</div>' if controls else ""
+    return (
+        f'<figure class="plot {css}" data-plot="{kind}" data-caption="{escape(caption)}">'
+        f"<h{level}>{escape(title)}</h{level}>{bar}"
+        f'<div class="canvas" role="img" aria-label="{escape(title)}"></div>'
+        f"<figcaption>{escape(caption)}</figcaption></figure>"
+    )
+
+
+def _single(kind: str, title: str, content: dict[str, Any], uid: str, level: int) -> str:
+    channels = [content["channel"]] if "channel" in content else content["channels"]
+    return figure(kind, f"{title}: {' / '.join(channels)}", "", content["note"], level)
+
+
+def _spectral(kind: str, payload: dict[str, Any], uid: str, level: int) -> str:
+    if not payload[kind]:
+        return ""
+    orders = ""
+    if payload["speedHz"]:
+        orders = (
+            '<label>Axis <select data-role="axis"><option value="hz">Hz</option>'
+            '<option value="order">orders</option></select></label>'
+        )
+    controls = (
+        channel_chooser(payload[kind], f"{uid}-{kind}")
+        + '<label>Scale <select data-role="scale"><option value="log">logarithmic</option>'
+        '<option value="linear">linear</option></select></label>'
+        + orders
+        + '<span class="zooms" role="group" aria-label="Range">'
+        '<button type="button" data-zoom="near">Marked lines</button>'
+        '<button type="button" data-zoom="all">Whole range</button></span>'
+        + _cursor_boxes(payload["cursors"])
+    )
+    caption = _CURVES[kind]
+    if any("base" in channel for channel in payload[kind]):
+        caption += " Orange: baseline."
+    return figure(kind, _TITLES[kind], controls, caption, level)
+
+
+def channel_chooser(channels: list[dict[str, Any]], identifier: str) -> str:
+    """Return the channel selector; plain text when there is only one channel."""
+    names = [channel["channel"] for channel in channels]
+    labels = [
+        name if names.count(name) == 1 or not channel["name"] else f"{name}: {channel['name']}"
+        for name, channel in zip(names, channels, strict=True)
+    ]
+    if len(channels) == 1:
+        return f'<span class="only">Channel <b>{escape(labels[0])}</b></span>'
+    options = "".join(
+        f'<option value="{index}">{escape(label)}</option>' for index, label in enumerate(labels)
+    )
+    return (
+        f'<label for="{identifier}">Channel '
+        f'<select id="{identifier}" data-role="channel">{options}</select></label>'
+    )
+
+
+def _cursor_boxes(groups: list[dict[str, Any]]) -> str:
+    if not groups:
+        return ""
+    boxes = "".join(
+        f'<label class="group-{index % 8}"><input type="checkbox" data-group="{index}"'
+        f"{' checked' if group['on'] else ''}>"
+        f"<i></i>{escape(group['group'])}</label>"
+        for index, group in enumerate(groups)
+    )
+    return f'<fieldset class="cursors"><legend>Cursors</legend>{boxes}</fieldset>'
