@@ -5,9 +5,9 @@ drifts. The band has the edges of ISO 2954, a third-order Butterworth magnitude 
 
     |H(f)|^2 = 1 / (1 + (low/f)^6) * 1 / (1 + (f/high)^6)
 
-Two roads lead to a level. ``band_rms`` weights an averaged Hann spectrum: a window has no edge effect and the
-memory is one segment, so levels come from there. ``band_signal`` gives the waveform, zero phase; its first
-and last periods of the lower edge are extrapolated and must not be judged.
+Two roads lead to a level. ``band_rms`` weights an averaged Hann spectrum: its memory is one segment and it
+has no edge effect, so levels come from there. ``band_signal`` gives the waveform, zero phase, faded at both
+ends.
 
 Reference: ISO 2954 (measuring instruments for vibration severity); P. Welch, IEEE Trans. Audio 15 (1967) for
 the averaged spectrum.
@@ -31,6 +31,7 @@ _PERIODS_PER_SEGMENT = 32
 # A magnitude alone has a cusp at 0 Hz and hence a kernel that fades slowly; rounding it below a quarter of
 # the lower edge, where 36 dB are gone already, lets 16 periods of margin suffice.
 _ROUNDING = 4.0
+_PERIODS_OF_FADE = 2
 _PERIODS_OF_MARGIN = 16
 _BLOCK_SAMPLES = 1 << 20
 
@@ -69,14 +70,15 @@ def band_signal(
     """Return the waveform of another quantity within the band, zero phase.
 
     Y(f) = (j 2 pi f)^k |H(f)| X(f), with k the number of derivatives from ``quantity`` to ``target``
-    (negative when integrating). Mean and straight trend are removed; the record is continued by point
-    reflection at both ends and faded out. Below a quarter of the lower edge the waveform falls off faster
-    than H. Signals over a million samples go through in blocks that overlap by 16 periods of the lower edge.
+    (negative when integrating). Mean and straight trend are removed, and the record fades in and out over two
+    periods of the lower edge (a quarter of the record when that is shorter): what came before it is not
+    known. Below a quarter of the lower edge the waveform falls off faster than H. Signals over a million
+    samples go through in blocks that overlap by 16 periods of the lower edge.
 
     Parameters
     ----------
     signals : numpy.ndarray, shape (channels, samples) or (samples,)
-        In SI units of ``quantity``.
+        In SI units of ``quantity``, all finite.
     rate_hz : float
         Sampling rate.
     quantity, target : str
@@ -87,12 +89,13 @@ def band_signal(
     Returns
     -------
     numpy.ndarray, same shape
-        In SI units of ``target``. About two periods of the lower edge at each end are estimates.
+        In SI units of ``target``. The first and last two periods of the lower edge are faded: do not judge
+        them.
 
     Raises
     ------
     InvalidValueError
-        On a quantity, band or rate that is not allowed.
+        On a quantity, band, rate or length that is not allowed.
 
     Examples
     --------
@@ -105,6 +108,7 @@ def band_signal(
     """
     _check(rate_hz=rate_hz, quantity=quantity, target=target, low_hz=low_hz, high_hz=high_hz)
     rows = np.atleast_2d(signals)
+    _check_length(rows.shape[1], low_hz=low_hz)
     out = np.empty(rows.shape)
     power = DERIVATIVES[target] - DERIVATIVES[quantity]
     margin = math.ceil(_PERIODS_OF_MARGIN * rate_hz / low_hz)
@@ -114,7 +118,7 @@ def band_signal(
         for start in range(0, row.size, block):
             first, last = max(start - margin, 0), min(start + block + margin, row.size)
             piece = row[first:last] - (offset + slope * np.arange(first, last))
-            extended = _continued(piece, margin, at_start=first == 0, at_end=last == row.size)
+            extended = _faded(piece, margin, at_start=first == 0, at_end=last == row.size)
             shaped = _shape(extended, rate_hz=rate_hz, power=power, low_hz=low_hz, high_hz=high_hz)
             stop = min(start + block, row.size)
             out[index, start:stop] = shaped[margin : margin + stop - start]
@@ -180,12 +184,8 @@ def band_rms(
     """
     _check(rate_hz=rate_hz, quantity=quantity, target=target, low_hz=low_hz, high_hz=high_hz)
     rows = np.atleast_2d(signals)
+    _check_length(rows.shape[1], low_hz=low_hz)
     samples = rows.shape[1]
-    if samples < 8:
-        raise InvalidValueError(
-            f"Record of {samples} samples; allowed: 8 or more, better {_PERIODS_PER_SEGMENT} periods "
-            f"of {low_hz:g} Hz. Use a longer record."
-        )
     length = min(samples, 1 << math.ceil(math.log2(max(_PERIODS_PER_SEGMENT * rate_hz / low_hz, 8))))
     window = 0.5 - 0.5 * np.cos(2 * np.pi * (np.arange(length) + 0.5) / length)
     weight = _power_weight(
@@ -235,6 +235,14 @@ def _check(*, rate_hz: float, quantity: str, target: str, low_hz: float, high_hz
         raise InvalidValueError(
             f"Lower band edge {low_hz} Hz at a sampling rate of {rate_hz} Hz; allowed: below half the rate, "
             f"{rate_hz / 2:g} Hz. Sample faster."
+        )
+
+
+def _check_length(samples: int, *, low_hz: float) -> None:
+    if samples < 8:
+        raise InvalidValueError(
+            f"Record of {samples} samples; allowed: 8 or more, better {_PERIODS_PER_SEGMENT} periods "
+            f"of {low_hz:g} Hz. Use a longer record."
         )
 
 
@@ -289,23 +297,19 @@ def _straight_line(row: np.ndarray, block: int) -> tuple[float, float]:
     return mean - slope * middle, slope
 
 
-def _continued(piece: np.ndarray, margin: int, *, at_start: bool, at_end: bool) -> np.ndarray:
+def _faded(piece: np.ndarray, margin: int, *, at_start: bool, at_end: bool) -> np.ndarray:
     """Return the piece with ``margin`` samples of run-in and run-out.
 
-    The fade to zero serves the transform's wrap-around. Inside a record the neighbouring samples in ``piece``
-    serve; at its ends a point reflection does, which keeps value and slope continuous.
+    Inside a record the neighbouring samples in ``piece`` serve. Past its ends nothing is known: guessing
+    there (reflections) makes steps that integration turns into many times the signal, so the record itself
+    fades.
     """
-    reach = min(margin, piece.size - 1)
-    before = np.zeros(margin if at_start else 0)
-    after = np.zeros(margin if at_end else 0)
-    if at_start and reach:
-        before[margin - reach :] = 2 * piece[0] - piece[reach:0:-1]
-    if at_end and reach:
-        after[:reach] = 2 * piece[-1] - piece[-2 : -reach - 2 : -1]
-    joined = np.concatenate((before, piece, after))
-    fade = 0.5 - 0.5 * np.cos(np.pi * np.arange(reach) / max(reach, 1))
-    joined[margin - reach : margin] *= fade
-    joined[joined.size - margin : joined.size - margin + reach] *= fade[::-1]
+    joined = np.concatenate((np.zeros(margin if at_start else 0), piece, np.zeros(margin if at_end else 0)))
+    inside = min(math.ceil(margin * _PERIODS_OF_FADE / _PERIODS_OF_MARGIN), piece.size // 4)
+    for values, at_edge in ((joined, at_start), (joined[::-1], at_end)):
+        reach = inside if at_edge else margin
+        first = margin if at_edge else 0
+        values[first : first + reach] *= 0.5 - 0.5 * np.cos(np.pi * np.arange(reach) / max(reach, 1))
     return joined
 
 
