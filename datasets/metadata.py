@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 
 from ..simulators.rotor_dynamics.rolling_bearing import BearingGeometry, find_bearing
 from .errors import InvalidValueError
 from .recording import GearPair, MountedBearing, Nameplate
 
-#: Two statements about one bearing (BPFO + BPFI and a whole number of balls, FTF, BSF) may differ by this much.
+#: Two statements about one bearing (BPFO + BPFI and a whole number of balls, FTF, BSF) may differ by this
+#: much.
 _ORDERS_AGREE = 0.02
 
 
@@ -41,7 +42,8 @@ class ChannelMetadata:
     skip: bool = False
 
 
-#: Tuple fields of Metadata with one entry for all channels or one a channel, and the field of ChannelMetadata each overrides.
+#: Tuple fields of Metadata with one entry for all channels or one a channel, and the field of
+#: ChannelMetadata each overrides.
 PER_CHANNEL = {
     "units": "unit",
     "sensitivities": "sensitivity",
@@ -49,6 +51,16 @@ PER_CHANNEL = {
     "directions": "direction",
     "locations": "location",
 }
+
+
+_ABOVE_ZERO = (
+    "rate_hz",
+    "pulses_per_revolution",
+    "line_frequency_hz",
+    "power_kw",
+    "shaft_height_mm",
+    "magnetic_bearing_clearance_m",
+)
 
 
 @dataclass(frozen=True)
@@ -100,28 +112,27 @@ class Metadata:
     power_kw: float | None = None
     shaft_height_mm: float | None = None
     magnetic_bearing_clearance_m: float | None = None
-    _positive: tuple[str, ...] = field(
-        default=("rate_hz", "pulses_per_revolution", "line_frequency_hz", "power_kw", "shaft_height_mm"), init=False, repr=False
-    )
 
     def __post_init__(self) -> None:
-        for key in (*self._positive, "magnetic_bearing_clearance_m"):
+        for key in _ABOVE_ZERO:
             value = getattr(self, key)
             if value is not None and not (math.isfinite(value) and value > 0):
-                raise InvalidValueError(f"{key} = {value}; allowed: a finite number above 0, or leave it out.")
+                raise InvalidValueError(
+                    f"{key} = {value}; allowed: a finite number above 0, or leave it out."
+                )
 
     def merged_over(self, other: Metadata) -> Metadata:
         """Return this metadata with the gaps filled from ``other``.
 
-        Values given here win. An entry here for a channel field (say ``units``) also wins over the channels of
-        ``other``.
+        Values given here win. An entry here for a channel field (say ``units``) also wins over the channels
+        of ``other``.
         """
         changes: dict[str, object] = {}
         overridden = {own: None for many, own in PER_CHANNEL.items() if getattr(self, many)}
         below = tuple(replace(channel, **overridden) for channel in other.channels)
         for one in fields(self):
             mine, theirs = getattr(self, one.name), getattr(other, one.name)
-            if one.init and mine in (None, ()) and theirs not in (None, ()):
+            if mine in (None, ()) and theirs not in (None, ()):
                 changes[one.name] = theirs
         changes["channels"] = below + self.channels
         changes["skip"] = other.skip + tuple(item for item in self.skip if item not in other.skip)
@@ -141,8 +152,8 @@ def parse_bearing(text: str) -> MountedBearing:
 
     - a designation of the catalogue: ``6205``, ``DE=6205``;
     - balls, ball and pitch diameter in mm and, if not 0, contact angle in degrees: ``9,7.94,39.04,0``;
-    - defect orders: ``BPFO=3.05,BPFI=4.95`` with ``BSF=`` and ``FTF=`` where known. Their sum is the number of
-      balls, a whole number within 2 %.
+    - defect orders: ``BPFO=3.05,BPFI=4.95`` with ``BSF=`` and ``FTF=`` where known. Their sum is the number
+      of balls, a whole number within 2 %.
 
     Raises
     ------
@@ -190,7 +201,8 @@ def parse_gears(text: str) -> tuple[GearPair, ...]:
         match = re.fullmatch(r"(\d+)\s*(?:/\s*(\d+))?", body)
         if match is None:
             raise InvalidValueError(
-                f"Gear {part.strip()!r} is not understood. Give driver teeth, and if known driven teeth and the driver "
+                f"Gear {part.strip()!r} is not understood. Give driver teeth, and if known driven teeth "
+                "and the driver "
                 'shaft\'s speed ratio: "23", "23/46" or "23/46@1.0".'
             )
         driven = int(match.group(2)) if match.group(2) else None
@@ -207,7 +219,9 @@ def _ratio_behind(text: str) -> tuple[str, float]:
     except ValueError:
         ratio = 0.0
     if not (math.isfinite(ratio) and ratio > 0):
-        raise InvalidValueError(f"Speed ratio {ratio_text!r} in {text!r}; allowed: a number above 0, for example @0.5.")
+        raise InvalidValueError(
+            f"Speed ratio {ratio_text!r} in {text!r}; allowed: a number above 0, for example @0.5."
+        )
     return body.strip(), ratio
 
 
@@ -218,7 +232,8 @@ def _from_dimensions(text: str) -> BearingGeometry:
         numbers = []
     if len(numbers) not in (3, 4) or numbers[0] != round(numbers[0]):
         raise InvalidValueError(
-            f"Bearing {text!r} is not understood. Give balls, ball diameter mm, pitch diameter mm and, if not 0, "
+            f"Bearing {text!r} is not understood. Give balls, ball diameter mm, pitch diameter mm and, if "
+            "not 0, "
             "contact angle deg: 9,7.94,39.04,0."
         )
     return BearingGeometry(
@@ -239,7 +254,8 @@ def _from_orders(text: str) -> BearingGeometry:
     balls = round(total)
     if not (0 < outer < inner) or balls < 3 or abs(total - balls) > _ORDERS_AGREE * balls:
         raise InvalidValueError(
-            f"Bearing orders {text!r}: BPFO + BPFI = {total:g}. Allowed: BPFO < BPFI, and their sum a whole number of balls "
+            f"Bearing orders {text!r}: BPFO + BPFI = {total:g}. Allowed: BPFO < BPFI, and their sum a "
+            "whole number of balls "
             "within 2 %. They are multiples of shaft speed, not Hz."
         )
     ratio = (inner - outer) / total
@@ -268,9 +284,12 @@ def _order_values(text: str) -> dict[str, float]:
             number = float(value)
         except ValueError:
             number = 0.0
-        if key.strip().upper() not in ("BPFO", "BPFI", "BSF", "FTF") or not (math.isfinite(number) and number > 0):
+        if key.strip().upper() not in ("BPFO", "BPFI", "BSF", "FTF") or not (
+            math.isfinite(number) and number > 0
+        ):
             raise InvalidValueError(
-                f"Bearing order {part.strip()!r} is not understood. Give BPFO=3.05,BPFI=4.95 and, if known, BSF= and FTF=, "
+                f"Bearing order {part.strip()!r} is not understood. Give BPFO=3.05,BPFI=4.95 and, if "
+                "known, BSF= and FTF=, "
                 "all as multiples of shaft speed."
             )
         orders[key.strip().upper()] = number
@@ -280,6 +299,7 @@ def _order_values(text: str) -> dict[str, float]:
 def _require_agreement(text: str, name: str, given: float | None, expected: float) -> None:
     if given is not None and abs(given - expected) > _ORDERS_AGREE * expected:
         raise InvalidValueError(
-            f"Bearing orders {text!r}: {name} = {given:g}, but BPFO and BPFI make it {expected:.4g}. Check the numbers "
+            f"Bearing orders {text!r}: {name} = {given:g}, but BPFO and BPFI make it {expected:.4g}. Check "
+            "the numbers "
             "(a ball defect strikes at twice BSF)."
         )

@@ -59,7 +59,9 @@ def read_head(path: Path) -> bytes:
     except IsADirectoryError:
         raise UnreadableFileError(f"{path} is a folder; a file is needed here.") from None
     except OSError as error:
-        raise UnreadableFileError(f"{path}: cannot be opened ({error.strerror}). Check the permissions.") from error
+        raise UnreadableFileError(
+            f"{path}: cannot be opened ({error.strerror}). Check the permissions."
+        ) from error
     if not head:
         raise UnreadableFileError(f"{path} is empty (0 bytes). Export or copy it again.")
     return head
@@ -81,7 +83,8 @@ def find_reader(path: Path | str) -> Reader:
     formats = "; ".join(f"{reader.NAME} ({' '.join(reader.SUFFIXES)})" for reader in all_readers())
     raise UnreadableFileError(
         f"{path}: its content is in no format known here. Known: {formats}. "
-        "A text file needs rows of numbers. Check that the file is complete, or export it in one of these formats."
+        "A text file needs rows of numbers. Check that the file is complete, or export it in one of these "
+        "formats."
     )
 
 

@@ -22,7 +22,7 @@ def is_matlab73(head: bytes) -> bool:
     return head.startswith(_MATLAB_TEXT) and is_hdf5(head)
 
 
-def variables_of(file: Any) -> list[Variable]:  # noqa: ANN401
+def variables_of(file: Any) -> list[Variable]:
     """Return every numeric or text dataset, and every attribute of the groups as a scalar."""
     import h5py
 
@@ -44,7 +44,7 @@ def variables_of(file: Any) -> list[Variable]:  # noqa: ANN401
     return found
 
 
-def _attributes(node: Any, prefix: str, found: list[Variable]) -> None:  # noqa: ANN401
+def _attributes(node: Any, prefix: str, found: list[Variable]) -> None:
     for key, value in node.attrs.items():
         if isinstance(value, bytes):
             found.append(Variable(prefix + key, value.decode("utf-8", "replace")))
@@ -54,7 +54,7 @@ def _attributes(node: Any, prefix: str, found: list[Variable]) -> None:  # noqa:
             found.append(Variable(prefix + key, np.asarray(value)))
 
 
-def _dataset(name: str, node: Any) -> Variable | None:  # noqa: ANN401
+def _dataset(name: str, node: Any) -> Variable | None:
     attributes = dict(node.attrs.items())
     if attributes.get("MATLAB_empty") or attributes.get("MATLAB_class") == b"cell":
         return None

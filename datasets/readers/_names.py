@@ -8,12 +8,17 @@ import re
 from ..units import parse_unit
 
 _RATE = re.compile(
-    r"(fs|sr|rate_?hz|sampl?(e|ing)?_?(rate|freq|frequency)(_?(in_?)?hz)?|samplerate|sampfreq|fsamp|f_?sample)", re.ASCII
+    r"(fs|sr|rate_?hz|sampl?(e|ing)?_?(rate|freq|frequency)(_?(in_?)?hz)?|samplerate|sampfreq|fsamp|f_?sample)",
+    re.ASCII,
 )
-_STEP = re.compile(r"(dt|x_?inc|x_?axis_?step|x_?step|wf_increment|sample_?(interval|period)|time_?step)(_?s)?")
+_STEP = re.compile(
+    r"(dt|x_?inc|x_?axis_?step|x_?step|wf_increment|sample_?(interval|period)|time_?step)(_?s)?"
+)
 _SPEED = re.compile(r"((shaft_?|motor_?|rotation(al)?_?)?(speed_?)?rpm|speed_?\(?rpm\)?|speed_in_rpm)")
 _LABEL = re.compile(r"(label|class|condition|fault)")
-_TIME = re.compile(r"(t|time(_?stamps?)?|date_?time|date|elapsed(_time)?|time_?s(ec(onds)?)?|zeit|x:time|seconds|tiempo|temps)")
+_TIME = re.compile(
+    r"(t|time(_?stamps?)?|date_?time|date|elapsed(_time)?|time_?s(ec(onds)?)?|zeit|x:time|seconds|tiempo|temps)"
+)
 _INDEX = re.compile(r"(index|idx|n|no|nr|#|sample(_?(no|number|index))?|unnamed:_?0|point|row|)")
 _NOT_WAVEFORM = re.compile(r"(freq(uency)?|f|hz|rpm|speed|order)")
 
@@ -82,8 +87,10 @@ def seconds_per(unit: str | None) -> float | None:
 
 
 def number_in(text: object) -> float | None:
-    """Return the finite number that a text starts with, Hz/kHz/ms applied (``"25.6 kHz"`` is 25600); else None."""
-    match = re.fullmatch(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*([A-Za-z/µ]*)\s*", str(text).replace(",", "."))
+    """Return the finite number of a text, kHz and ms applied (``"25.6 kHz"`` is 25600); else None."""
+    match = re.fullmatch(
+        r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*([A-Za-z/µ]*)\s*", str(text).replace(",", ".")
+    )
     if match is None:
         return None
     try:
@@ -126,7 +133,7 @@ def split_header_cell(cell: str) -> tuple[str, str | None]:
 
 
 def unique_names(names: list[str]) -> tuple[str, ...]:
-    """Return the names with a number behind repeated ones, so that each channel can be told from the others."""
+    """Return the names with a number behind repeated ones: each channel must be told from the others."""
     seen: dict[str, int] = {}
     out: list[str] = []
     for name in names:

@@ -50,7 +50,8 @@ def gather(
     chosen = largest_group([one for one in series if one.samples > 0])
     if not chosen:
         raise UnreadableFileError(
-            f"{path} holds no numeric samples. Check that the export contains the signals, not only its header."
+            f"{path} holds no numeric samples. Check that the export contains the signals, not only its "
+            "header."
         )
     warnings = list(header.warnings)
     left_out = [one for one in series if one not in chosen]
@@ -89,7 +90,9 @@ def largest_group(series: list[StoredSeries]) -> list[StoredSeries]:
 def as_float(values: np.ndarray) -> np.ndarray:
     """Return float32 and float64 in native byte order as they are, anything else as float64."""
     values = np.asarray(values)
-    return np.asarray(values, dtype=np.float32 if values.dtype.kind == "f" and values.dtype.itemsize <= 4 else np.float64)
+    return np.asarray(
+        values, dtype=np.float32 if values.dtype.kind == "f" and values.dtype.itemsize <= 4 else np.float64
+    )
 
 
 def split_blocks(content: FileContent, block_samples: int) -> Iterator[FileContent]:

@@ -87,7 +87,9 @@ def detect_layout(text: str, encoding: str) -> TextLayout | None:
     """Return the layout of the text that a file begins with; None when it has no rows of numbers."""
     lines = text.splitlines()
     best: tuple[float, tuple[str | None, str], list[int]] | None = None
-    body = [(index, line) for index, line in enumerate(lines) if line.strip() and line.lstrip()[0] not in "#%"]
+    body = [
+        (index, line) for index, line in enumerate(lines) if line.strip() and line.lstrip()[0] not in "#%"
+    ]
     sample = body[-60:]
     for separator in _SEPARATORS:
         for decimal in (".", ","):
@@ -132,7 +134,9 @@ def _is_decimal_comma(sample: list[tuple[int, str]], lines: list[str], body: lis
     fractions = [match.group(1) for match in rows if match]
     if len(fractions) < 0.9 * len(sample):
         return False
-    return any(text.startswith("0") and len(text) > 1 for text in fractions) or any(m and m.group(2) for m in rows)
+    return any(text.startswith("0") and len(text) > 1 for text in fractions) or any(
+        m and m.group(2) for m in rows
+    )
 
 
 def _layout(
@@ -150,8 +154,14 @@ def _layout(
         return None
     width = widths.most_common(1)[0][0]
     typical = [cells for cells, good in zip(rows, is_row, strict=True) if good and len(cells) == width]
-    stamps = frozenset(c for c in range(width) if _mostly(typical, c, lambda cell: _STAMP.fullmatch(cell) is not None))
-    text = frozenset(c for c in range(width) if c not in stamps and _mostly(typical, c, lambda cell: not _is_known(cell, decimal)))
+    stamps = frozenset(
+        c for c in range(width) if _mostly(typical, c, lambda cell: _STAMP.fullmatch(cell) is not None)
+    )
+    text = frozenset(
+        c
+        for c in range(width)
+        if c not in stamps and _mostly(typical, c, lambda cell: not _is_known(cell, decimal))
+    )
     first = _first_row(body, separator, decimal, width, text)
     if first is None:
         return None
@@ -178,17 +188,21 @@ def _is_known(cell: str, decimal: str) -> bool:
     return _is_number(cell, decimal) or _STAMP.fullmatch(cell) is not None or cell.casefold() in _MISSING
 
 
-def _mostly(rows: list[list[str]], column: int, test) -> bool:  # noqa: ANN001
+def _mostly(rows: list[list[str]], column: int, test) -> bool:
     return 2 * sum(test(row[column]) for row in rows) > len(rows)
 
 
 def _first_row(
     body: list[tuple[int, str]], separator: str | None, decimal: str, width: int, text: frozenset[int]
 ) -> int | None:
-    """Return the line of the first data row; it may be wider than the rest (some exports put offsets there)."""
+    """Return the line of the first data row; it may be wider (some exports put offsets there)."""
     for index, line in body:
         cells = split_cells(line, separator)
-        known = [column for column in range(min(width, len(cells))) if column not in text and _is_known(cells[column], decimal)]
+        known = [
+            column
+            for column in range(min(width, len(cells)))
+            if column not in text and _is_known(cells[column], decimal)
+        ]
         has_number = any(_is_number(cell, decimal) for cell in cells)
         if len(cells) >= width and len(known) >= width - len(text) and has_number:
             return index
@@ -202,7 +216,11 @@ def _preamble(
     remaining = [line.strip("\r\n") for line in lines if line.strip()]
     header = units = None
     while remaining and header is None:
-        bare = remaining[-1].lstrip(_COMMENTS + " ") if remaining[-1].lstrip()[:1] in _COMMENTS else remaining[-1]
+        bare = (
+            remaining[-1].lstrip(_COMMENTS + " ")
+            if remaining[-1].lstrip()[:1] in _COMMENTS
+            else remaining[-1]
+        )
         cells = split_cells(bare, separator)
         if separator is None and len(cells) != width:
             cells = split_cells(bare, ",")

@@ -50,7 +50,12 @@ def parse_rows(lines: list[str], layout: TextLayout, path: Path, *, first_row: i
     if not layout.stamp_columns:
         try:
             values = np.loadtxt(
-                lines, delimiter=layout.separator, usecols=range(layout.columns), ndmin=2, comments=None, quotechar='"'
+                lines,
+                delimiter=layout.separator,
+                usecols=range(layout.columns),
+                ndmin=2,
+                comments=None,
+                quotechar='"',
             )
             return Rows(values, tuple(notes))
         except ValueError:
@@ -65,7 +70,8 @@ def _is_cut(lines: list[str], layout: TextLayout) -> bool:
         return True
     if len(lines) > 1 and lines[-1].endswith(("\n", "\r")):
         return False
-    # Without a line end the last number may stop inside its exponent ("1.2e-"); a shorter number cannot be told.
+    # Without a line end the last number may stop inside its exponent ("1.2e-"); a shorter number cannot be
+    # told.
     text = cells[layout.columns - 1].replace(",", ".") if layout.decimal == "," else cells[layout.columns - 1]
     if layout.columns - 1 in layout.stamp_columns:
         return False
@@ -77,7 +83,9 @@ def _is_cut(lines: list[str], layout: TextLayout) -> bool:
     return False
 
 
-def _tolerant(lines: list[str], layout: TextLayout, path: Path, first_row: int) -> tuple[np.ndarray, list[str]]:
+def _tolerant(
+    lines: list[str], layout: TextLayout, path: Path, first_row: int
+) -> tuple[np.ndarray, list[str]]:
     import pandas as pd
 
     # The widest possible row is declared, so that a row with too many cells is no error of the parser.
@@ -96,26 +104,35 @@ def _tolerant(lines: list[str], layout: TextLayout, path: Path, first_row: int) 
             low_memory=False,
         )
     except (ValueError, pd.errors.ParserError) as error:
-        raise UnreadableFileError(f"{path}: rows cannot be parsed ({error}). Export the file again.") from error
+        raise UnreadableFileError(
+            f"{path}: rows cannot be parsed ({error}). Export the file again."
+        ) from error
     out = np.empty((len(frame), layout.columns))
     notes: list[str] = []
     for column in range(layout.columns):
         cells = frame[column]
-        out[:, column] = _seconds(cells) if column in layout.stamp_columns else pd.to_numeric(cells, errors="coerce")
+        out[:, column] = (
+            _seconds(cells)
+            if column in layout.stamp_columns
+            else np.asarray(pd.to_numeric(cells, errors="coerce"), dtype=float)
+        )
         bad = np.flatnonzero(np.isnan(out[:, column]) & cells.notna().to_numpy())
         if bad.size > max(1, _BAD_SHARE * len(frame)):
             raise UnreadableFileError(
-                f"{path}: column {column + 1} has {bad.size} cells of {len(frame)} that are no numbers (first in data row "
-                f"{first_row + bad[0] + 1}: {str(cells.iloc[bad[0]])[:30]!r}). Export it again as numbers only."
+                f"{path}: column {column + 1} has {bad.size} cells of {len(frame)} that are no numbers "
+                "(first in data row "
+                f"{first_row + bad[0] + 1}: {str(cells.iloc[bad[0]])[:30]!r}). Export it again as numbers "
+                "only."
             )
         if bad.size:
             notes.append(
-                f"Column {column + 1}: {bad.size} cells are no numbers (first in data row {first_row + bad[0] + 1}); read as missing."
+                f"Column {column + 1}: {bad.size} cells are no numbers (first in data row "
+                f"{first_row + bad[0] + 1}); read as missing."
             )
     return out, notes
 
 
-def _seconds(cells) -> np.ndarray:  # noqa: ANN001
+def _seconds(cells) -> np.ndarray:
     """Return seconds of a column of dates or times of day."""
     import pandas as pd
 
@@ -126,6 +143,6 @@ def _seconds(cells) -> np.ndarray:  # noqa: ANN001
         if text.iloc[0][:5].count(":") and not text.iloc[0][:4].isdigit():
             return pd.to_timedelta(text, errors="coerce").dt.total_seconds().to_numpy(dtype=float)
         stamps = pd.to_datetime(text, errors="coerce", format="mixed", utc=True)
-    # Counted from the first stamp, so that microseconds survive in a float.
-    origin = pd.Timestamp(stamps.iloc[0]).normalize() if pd.notna(stamps.iloc[0]) else pd.Timestamp(0, tz="UTC")
+    # Counted from a recent day, so that microseconds survive in a float.
+    origin = pd.Timestamp("2020-01-01", tz="UTC")
     return (stamps - origin).dt.total_seconds().to_numpy(dtype=float)

@@ -16,8 +16,8 @@ def rate_from_times(times_s: np.ndarray) -> tuple[float | None, tuple[str, ...]]
     Returns
     -------
     rate_hz : float or None
-        None when the stamps do not rise. A rate within one part in a million of a whole number is that number:
-        stamps printed with few digits are not more exact than that.
+        None when the stamps do not rise. A rate within one part in a million of a whole number is that
+        number: stamps printed with few digits are not more exact than that.
     warnings : tuple of str
     """
     times = times_s[np.isfinite(times_s)]
@@ -40,13 +40,15 @@ def _step_warnings(steps: np.ndarray, mean_step: float, first: float) -> list[st
         found.append(f"Time runs backwards at {backwards} places; samples may be out of order.")
     if duplicates := int(np.count_nonzero(steps == 0)):
         found.append(
-            f"{duplicates} of {steps.size + 1} time stamps repeat the one before; even sampling at the mean rate is assumed."
+            f"{duplicates} of {steps.size + 1} time stamps repeat the one before; even sampling at the "
+            "mean rate is assumed."
         )
     usual = float(np.median(steps)) or mean_step
     gaps = steps > 3.0 * max(usual, mean_step)
     if gaps.any():
         found.append(
-            f"{int(gaps.sum())} gaps in the time stamps, the longest {float(steps.max()):.4g} s where {usual:.4g} s "
+            f"{int(gaps.sum())} gaps in the time stamps, the longest {float(steps.max()):.4g} s where "
+            f"{usual:.4g} s "
             "is usual; samples are missing there."
         )
     rest = steps[~gaps & (steps > 0)]
@@ -54,7 +56,8 @@ def _step_warnings(steps: np.ndarray, mean_step: float, first: float) -> list[st
     allowed = 0.05 * mean_step + 4 * np.spacing(abs(first) + abs(mean_step) * steps.size)
     if rest.size and float(np.max(np.abs(rest - np.median(rest)))) > allowed:
         found.append(
-            f"Uneven time steps ({float(rest.min()):.4g} to {float(rest.max()):.4g} s); even sampling at the mean rate is assumed."
+            f"Uneven time steps ({float(rest.min()):.4g} to {float(rest.max()):.4g} s); even sampling at "
+            "the mean rate is assumed."
         )
     return found
 
@@ -65,7 +68,9 @@ def is_steady_rise(values: np.ndarray) -> bool:
         return False
     steps = np.diff(values)
     mean = float(steps.mean())
-    return mean > 0 and bool(np.max(np.abs(steps - mean)) <= 0.02 * mean + 4 * np.spacing(np.max(np.abs(values))))
+    return mean > 0 and bool(
+        np.max(np.abs(steps - mean)) <= 0.02 * mean + 4 * np.spacing(np.max(np.abs(values)))
+    )
 
 
 def is_row_count(values: np.ndarray) -> bool:

@@ -57,7 +57,7 @@ class Variable:
         return self.data if isinstance(self.data, str) else np.asarray(self.data[...]).reshape(-1)[0]
 
 
-def content_of(variables: list[Variable], path: Path, *, start: int, stop: int | None):  # noqa: ANN201
+def content_of(variables: list[Variable], path: Path, *, start: int, stop: int | None):
     """Return the file's content; see the module's text for the rules."""
     variables, record_warnings = _one_record(variables, path)
     scalars = [one for one in variables if one.is_scalar]
@@ -95,9 +95,7 @@ def _header(scalars: list[Variable], arrays: list[Variable]) -> Header:
         if mfpt and leaf == "rate":
             # In MFPT's struct `sr` is the sampling rate and `rate` the shaft speed in Hz.
             speed = None if (turns := positive(value)) is None else turns * 60.0
-        elif is_rate(leaf):
-            rate = rate or positive(value)
-        elif leaf.casefold() == "rate":
+        elif is_rate(leaf) or leaf.casefold() == "rate":
             rate = rate or positive(value)
         elif is_step(leaf):
             step = step or positive(value)
@@ -131,12 +129,14 @@ def _series_of(one: Variable) -> list[StoredSeries]:
     columns = [index for index in np.ndindex(*(shape[axis] for axis in rest))]
     names = _column_names(one, len(columns))
     units = _column_units(one, len(columns))
-    rate = next((positive(value) for key, value in one.attributes.items() if is_rate(key) or key == "rate"), None)
+    rate = next(
+        (positive(value) for key, value in one.attributes.items() if is_rate(key) or key == "rate"), None
+    )
     if rate is None:
         step = next((positive(value) for key, value in one.attributes.items() if is_step(key)), None)
         rate = None if step is None else 1.0 / step
 
-    def loader(column: tuple[int, ...]):  # noqa: ANN202
+    def loader(column: tuple[int, ...]):
         def load(start: int, stop: int) -> np.ndarray:
             index: list[Any] = [slice(None)] * len(shape)
             index[long_axis] = slice(start, stop)
@@ -165,7 +165,10 @@ def _texts(value: object) -> list[str]:
 def _column_names(one: Variable, columns: int) -> list[str]:
     for key, value in one.attributes.items():
         texts = _texts(value)
-        if key.casefold() in ("channels", "channel_names", "names", "columns", "name") and len(texts) == columns:
+        if (
+            key.casefold() in ("channels", "channel_names", "names", "columns", "name")
+            and len(texts) == columns
+        ):
             return texts
     if columns == 1:
         return [one.name]
@@ -188,7 +191,9 @@ def _column_units(one: Variable, columns: int) -> list[str | None]:
 def _with_time(header: Header, time: Variable, samples: int) -> Header:
     length = int(max(time.data.shape))
     if length != samples or int(np.prod(time.data.shape)) != length:
-        return replace(header, warnings=(*header.warnings, f"Time vector {time.name} has another length; not used."))
+        return replace(
+            header, warnings=(*header.warnings, f"Time vector {time.name} has another length; not used.")
+        )
     (series,) = _series_of(time)
     head = np.asarray(series.load(0, min(length, _STAMPS_CHECKED)), dtype=np.float64)
     rate, warnings = rate_from_times(head)
@@ -198,7 +203,10 @@ def _with_time(header: Header, time: Variable, samples: int) -> Header:
     if header.rate_hz is None:
         return replace(header, rate_hz=rate, warnings=(*header.warnings, *warnings))
     if rate is not None and abs(rate - header.rate_hz) > 0.01 * header.rate_hz:
-        text = f"The file states {header.rate_hz:g} Hz but its time vector gives {rate:g} Hz; {header.rate_hz:g} Hz is used."
+        text = (
+            f"The file states {header.rate_hz:g} Hz but its time vector gives {rate:g} Hz; "
+            f"{header.rate_hz:g} Hz is used."
+        )
         return replace(header, warnings=(*header.warnings, text))
     return header
 

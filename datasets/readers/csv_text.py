@@ -1,13 +1,12 @@
 """Text files of numbers: CSV and its relatives, with or without header, preamble, time column, gzip.
 
-Plain rows are parsed by NumPy's C parser; rows with missing or odd cells, and time stamps written as dates, go
-to pandas. Files are read in chunks of lines, so a file larger than memory can be streamed.
+Plain rows are parsed by NumPy's C parser; rows with missing or odd cells, and dates, go to pandas. Files are
+read in chunks of lines, so a file larger than memory can be streamed.
 """
 
 from __future__ import annotations
 
 import gzip
-import io
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
@@ -68,12 +67,21 @@ def read(path: Path, *, start: int = 0, stop: int | None = None) -> FileContent:
     limit = None if stop is None else max(0, stop)
     parts = list(_chunks(path, chunk_lines=_CHUNK_LINES, stop=limit))
     last, state = parts[-1]
-    joined = np.concatenate([part.signals for part, _ in parts], axis=1)[:, start:] if len(parts) > 1 else last.signals[:, start:]
+    joined = (
+        np.concatenate([part.signals for part, _ in parts], axis=1)[:, start:]
+        if len(parts) > 1
+        else last.signals[:, start:]
+    )
     rate, found = sampling_rate(state.stamps, state.layout)
     total = state.rows if limit is None or state.rows < limit else None
     warnings = dict.fromkeys((*state.warnings, *found, *(_block_size_warning(state, total))))
     return replace(
-        last, signals=joined, rate_hz=rate, start_sample=min(start, state.rows), total_samples=total, warnings=tuple(warnings)
+        last,
+        signals=joined,
+        rate_hz=rate,
+        start_sample=min(start, state.rows),
+        total_samples=total,
+        warnings=tuple(warnings),
     )
 
 
@@ -88,7 +96,12 @@ def blocks(path: Path, *, block_samples: int) -> Iterator[FileContent]:
 
 
 def _is_uff(head: bytes) -> bool:
-    return head[:200].lstrip().startswith(b"-1") and head[:200].split()[1:2] in ([b"58"], [b"58b"], [b"151"], [b"164"])
+    return head[:200].lstrip().startswith(b"-1") and head[:200].split()[1:2] in (
+        [b"58"],
+        [b"58b"],
+        [b"151"],
+        [b"164"],
+    )
 
 
 def _head_of(path: Path) -> bytes:
@@ -109,8 +122,9 @@ def _head_of(path: Path) -> bytes:
 def _open(path: Path, encoding: str) -> TextIO:
     with path.open("rb") as raw:
         packed = raw.read(2) == _GZIP
-    binary = gzip.open(path, "rb") if packed else path.open("rb")
-    return io.TextIOWrapper(binary, encoding=encoding, errors="replace", newline=None)  # pyright: ignore[reportArgumentType]
+    if packed:
+        return gzip.open(path, "rt", encoding=encoding, errors="replace")
+    return path.open(encoding=encoding, errors="replace")
 
 
 def _lines(handle: TextIO, skip: int, comment: str | None) -> Iterator[str]:
@@ -136,7 +150,9 @@ def _chunks(path: Path, *, chunk_lines: int, stop: int | None) -> Iterator[tuple
     decoded = decode_head(head, complete=len(head) < _HEAD)
     layout = detect_layout(*decoded) if decoded else None
     if layout is None:
-        raise UnreadableFileError(f"{path}: text without rows of numbers. Export the waveform itself as columns of numbers.")
+        raise UnreadableFileError(
+            f"{path}: text without rows of numbers. Export the waveform itself as columns of numbers."
+        )
     _refuse_words(layout, path)
     state: _Parsed | None = None
     with _open(path, layout.encoding) as handle:
@@ -147,7 +163,9 @@ def _chunks(path: Path, *, chunk_lines: int, stop: int | None) -> Iterator[tuple
             wanted = chunk_lines if stop is None else min(chunk_lines, stop - (state.rows if state else 0))
             following = _take(lines, chunk_lines, notes) if not notes else []
             done = not following or (stop is not None and wanted < len(pending))
-            rows = parse_rows(pending, layout, path, first_row=state.rows if state else 0, is_last=not following)
+            rows = parse_rows(
+                pending, layout, path, first_row=state.rows if state else 0, is_last=not following
+            )
             if state is None:
                 state = _first_chunk(rows, layout, path, whole=not following)
             state.warnings = tuple(dict.fromkeys((*state.warnings, *rows.warnings, *notes)))
@@ -160,12 +178,15 @@ def _chunks(path: Path, *, chunk_lines: int, stop: int | None) -> Iterator[tuple
 
 def _first_chunk(rows: Rows, layout: TextLayout, path: Path, *, whole: bool) -> _Parsed:
     if rows.values.shape[0] == 0:
-        raise UnreadableFileError(f"{path}: no complete row of numbers. The file was cut off; export it again.")
+        raise UnreadableFileError(
+            f"{path}: no complete row of numbers. The file was cut off; export it again."
+        )
     columns, stamps, warnings = choose_columns(rows, layout, path)
     rate, _ = sampling_rate(stamps, layout, peek=rows)
     if whole and rate is None and stamps.column is None and rows.values.shape[0] < _FEWEST_ROWS:
         raise UnreadableFileError(
-            f"{path}: a table of {rows.values.shape[0]} rows without time column or sampling rate is not a waveform. "
+            f"{path}: a table of {rows.values.shape[0]} rows without time column or sampling rate is not a "
+            "waveform. "
             "Give the file with the sampled signal itself."
         )
     return _Parsed(layout, columns, stamps, warnings=warnings)
@@ -193,7 +214,8 @@ def _refuse_words(layout: TextLayout, path: Path) -> None:
     titles = layout.header or tuple(f"column {index + 1}" for index in range(layout.columns))
     named = ", ".join(titles[index] for index in sorted(layout.text_columns)[:5])
     raise UnreadableFileError(
-        f"{path}: columns with words ({named}), so this is a table of results, not a waveform with one sample a row. "
+        f"{path}: columns with words ({named}), so this is a table of results, not a waveform with one "
+        "sample a row. "
         "Give the file with the sampled signal, or delete those columns."
     )
 

@@ -1,4 +1,4 @@
-"""HDF5 files: numeric datasets are channels; attributes give rate (``rate``, ``sample_rate``, ``fs``) and units."""
+"""HDF5 files: numeric datasets are channels; attributes (``fs``, ``units``) describe them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""NumPy files: NPY of shape (n,), (n, c) or (c, n); NPZ with named arrays and ``fs`` or ``rate``. Never pickles."""
+"""NumPy files: NPY of shape (n,), (n, c) or (c, n); NPZ with named arrays and ``fs``. Never pickles."""
 
 from __future__ import annotations
 
@@ -84,6 +84,7 @@ def _described(one: Variable, names: Variable | None, units: Variable | None) ->
 def _check(array: np.ndarray, path: Path, name: str) -> None:
     if array.dtype.kind not in "fiu" or array.ndim not in (1, 2):
         raise UnreadableFileError(
-            f"{path}: array {name!r} has type {array.dtype} and shape {array.shape}; allowed: real numbers of shape "
+            f"{path}: array {name!r} has type {array.dtype} and shape {array.shape}; allowed: real numbers "
+            "of shape "
             "(samples,), (samples, channels) or (channels, samples). Save it again in that form."
         )

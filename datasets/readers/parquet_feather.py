@@ -38,22 +38,29 @@ def read(path: Path, *, start: int = 0, stop: int | None = None) -> FileContent:
         wrong = [one.name for one in columns if one.kind == "other"]
         if wrong:
             raise UnreadableFileError(
-                f"{path}: columns {', '.join(wrong[:6])} hold text or lists, so these are not waveforms with one "
+                f"{path}: columns {', '.join(wrong[:6])} hold text or lists, so these are not waveforms "
+                "with one "
                 "sample a row. Export one recording a file, numbers only."
             )
-        metadata = {key.decode(): value.decode("utf-8", "replace") for key, value in (table.schema.metadata or {}).items()}
+        metadata = {
+            key.decode(): value.decode("utf-8", "replace")
+            for key, value in (table.schema.metadata or {}).items()
+        }
         header, used = _header(metadata, columns, table.rows)
         series = [one.series() for one in columns if one not in used and one.kind == "number"]
         return gather(series, header, path, start=start, stop=stop)
 
 
 class _Column:
-    def __init__(self, table: _Table, index: int, field: Any) -> None:  # noqa: ANN401
+    def __init__(self, table: _Table, index: int, field: Any) -> None:
         import pyarrow.types as types
 
         self.table, self.index = table, index
         self.name, self.unit = split_header_cell(field.name)
-        metadata = {key.decode().casefold(): value.decode("utf-8", "replace") for key, value in (field.metadata or {}).items()}
+        metadata = {
+            key.decode().casefold(): value.decode("utf-8", "replace")
+            for key, value in (field.metadata or {}).items()
+        }
         self.unit = metadata.get("unit") or metadata.get("units") or self.unit
         self.kind = "other"
         if types.is_floating(field.type) or types.is_integer(field.type):
@@ -63,7 +70,9 @@ class _Column:
 
     def load(self, start: int, stop: int) -> np.ndarray:
         values = self.table.column(self.index, start, stop).to_numpy(zero_copy_only=False)
-        return values.astype("timedelta64[ns]").astype(np.int64) * 1e-9 if values.dtype.kind == "m" else values
+        return (
+            values.astype("timedelta64[ns]").astype(np.int64) * 1e-9 if values.dtype.kind == "m" else values
+        )
 
     def seconds(self, start: int, stop: int) -> np.ndarray:
         values = self.load(start, stop)
@@ -94,7 +103,10 @@ def _header(metadata: dict[str, str], columns: list[_Column], rows: int) -> tupl
         if rows > head.size and found is not None:
             found = (rows - 1) / float(times[0].seconds(rows - 1, rows)[0] - head[0])
         if rate is not None and found is not None and abs(found - rate) > 0.01 * rate:
-            warnings = (*warnings, f"The file states {rate:g} Hz but its time column gives {found:g} Hz; {rate:g} Hz is used.")
+            warnings = (
+                *warnings,
+                f"The file states {rate:g} Hz but its time column gives {found:g} Hz; {rate:g} Hz is used.",
+            )
         rate = rate or found
     return Header(rate_hz=rate, speed_rpm=speed, label=label, warnings=warnings, notes=notes), used
 
@@ -105,7 +117,7 @@ class _Table:
     schema: Any
     rows: int
 
-    def column(self, index: int, start: int, stop: int) -> Any:  # noqa: ANN401
+    def column(self, index: int, start: int, stop: int) -> Any:
         raise NotImplementedError
 
     def __enter__(self) -> _Table:
@@ -127,11 +139,15 @@ def _parquet(path: Path) -> _Table:
             self.file = pq.ParquetFile(path)
             self.schema = self.file.schema_arrow
             self.rows = self.file.metadata.num_rows
-            sizes = [self.file.metadata.row_group(index).num_rows for index in range(self.file.num_row_groups)]
+            sizes = [
+                self.file.metadata.row_group(index).num_rows for index in range(self.file.num_row_groups)
+            ]
             self.edges = np.concatenate([[0], np.cumsum(sizes)]).astype(int)
 
-        def column(self, index: int, start: int, stop: int) -> Any:  # noqa: ANN401
-            groups = [g for g in range(len(self.edges) - 1) if self.edges[g] < stop and self.edges[g + 1] > start]
+        def column(self, index: int, start: int, stop: int) -> Any:
+            groups = [
+                g for g in range(len(self.edges) - 1) if self.edges[g] < stop and self.edges[g + 1] > start
+            ]
             field = self.schema.field(index)
             if not groups:
                 return pa.array([], type=field.type)
@@ -154,7 +170,7 @@ def _feather(path: Path) -> _Table:
             self.schema = self.table.schema
             self.rows = self.table.num_rows
 
-        def column(self, index: int, start: int, stop: int) -> Any:  # noqa: ANN401
+        def column(self, index: int, start: int, stop: int) -> Any:
             return self.table.column(index).slice(start, stop - start)
 
         def close(self) -> None:

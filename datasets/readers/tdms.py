@@ -1,4 +1,4 @@
-"""National Instruments TDMS files: rate from ``wf_increment``, unit from ``unit_string`` or ``NI_UnitDescription``."""
+"""National Instruments TDMS files: rate from ``wf_increment``, unit from ``unit_string`` and its like."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def read(path: Path, *, start: int = 0, stop: int | None = None) -> FileContent:
             return gather(series, header, path, start=start, stop=stop)
 
 
-def _series(channel: Any) -> StoredSeries:  # noqa: ANN401
+def _series(channel: Any) -> StoredSeries:
     properties = channel.properties
     step = positive(properties.get("wf_increment"))
     rate = next((positive(value) for key, value in properties.items() if is_rate(key)), None)
@@ -57,7 +57,9 @@ def _series(channel: Any) -> StoredSeries:  # noqa: ANN401
     return StoredSeries(channel.name, len(channel), load, unit, 1.0 / step if step else rate)
 
 
-def _header(fields: dict[str, Any], series: list[StoredSeries], times: list[Any], warnings: tuple[str, ...]) -> Header:
+def _header(
+    fields: dict[str, Any], series: list[StoredSeries], times: list[Any], warnings: tuple[str, ...]
+) -> Header:
     rate = next((positive(value) for key, value in fields.items() if is_rate(key)), None)
     speed = next((positive(value) for key, value in fields.items() if is_speed(key)), None)
     label = next((str(value) for key, value in fields.items() if is_label(key)), None)

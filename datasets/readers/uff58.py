@@ -59,12 +59,20 @@ def read(path: Path, *, start: int = 0, stop: int | None = None) -> FileContent:
         usable = [one for one in found if one.refusal is None]
         if not usable:
             reason = "; ".join(warnings[:3]) or "no data set 58 in it"
-            raise UnreadableFileError(f"{path}: no evenly spaced time response ({reason}). Export time histories.")
+            raise UnreadableFileError(
+                f"{path}: no evenly spaced time response ({reason}). Export time histories."
+            )
         shortest = min(one.points for one in usable)
         for one in usable:
             if one.points < one.promised:
-                warnings.append(f"{path.name} is cut off: {one.points} of {one.promised} samples of {one.name} are there.")
-        if any(one.points < one.promised for one in usable) and len({one.promised for one in usable}) == 1 and shortest == 0:
+                warnings.append(
+                    f"{path.name} is cut off: {one.points} of {one.promised} samples of {one.name} are there."
+                )
+        if (
+            any(one.points < one.promised for one in usable)
+            and len({one.promised for one in usable}) == 1
+            and shortest == 0
+        ):
             usable = [one for one in usable if one.points == one.promised] or usable
         names = unique_names([one.name for one in usable])
         series = [
@@ -80,7 +88,11 @@ def _snapped(series: list[StoredSeries]) -> list[StoredSeries]:
     for one in series:
         rate = one.rate_hz or 0.0
         near = float(round(rate))
-        out.append(StoredSeries(one.name, one.samples, one.load, one.unit, near if abs(near - rate) < 5e-6 * rate else rate))
+        out.append(
+            StoredSeries(
+                one.name, one.samples, one.load, one.unit, near if abs(near - rate) < 5e-6 * rate else rate
+            )
+        )
     return out
 
 
@@ -161,7 +173,7 @@ def _count_text(handle: BinaryIO, width: int) -> int:
     return points
 
 
-def _loader(handle: BinaryIO, one: _DataSet):  # noqa: ANN202
+def _loader(handle: BinaryIO, one: _DataSet):
     def load_binary(start: int, stop: int) -> np.ndarray:
         handle.seek(one.offset + start * one.dtype.itemsize)
         return np.frombuffer(handle.read((stop - start) * one.dtype.itemsize), dtype=one.dtype)
@@ -176,6 +188,8 @@ def _loader(handle: BinaryIO, one: _DataSet):  # noqa: ANN202
             whole = len(line.rstrip()) // width
             parts.append(line[: whole * width])
             count += whole
-        return np.frombuffer(b"".join(parts), dtype=f"S{width}")[start:stop].astype(one.dtype.newbyteorder("="))
+        return np.frombuffer(b"".join(parts), dtype=f"S{width}")[start:stop].astype(
+            one.dtype.newbyteorder("=")
+        )
 
     return load_binary if one.binary else load_text
