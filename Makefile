@@ -1,0 +1,63 @@
+# make demo   a report from a shipped recording: demo/report.html
+# make test   the whole test suite
+# Both need only Python 3.11 or newer and a package index; they make .venv themselves.
+# PYTHON=/path/to/python picks another interpreter, PYTEST_ARGS passes options to pytest.
+
+VENV := .venv
+BIN := $(VENV)/bin
+PYTEST_ARGS ?=
+# Recipes are one shell each, so that a failing line stops them.
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+
+.PHONY: demo test lint clean
+.DELETE_ON_ERROR:
+
+demo: $(VENV)/stamp-run
+	$(BIN)/rotorwise demo --output demo --force
+
+test: $(VENV)/stamp-test
+	$(BIN)/pytest $(PYTEST_ARGS)
+
+lint: $(VENV)/stamp-lint
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright --pythonpath $(BIN)/python
+
+clean:
+	rm -rf $(VENV) demo build *.egg-info .pytest_cache .ruff_cache .hypothesis
+
+# A changed pyproject.toml is newer than the stamps and installs again.
+$(VENV)/stamp-run: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
+	touch $@
+
+$(VENV)/stamp-test: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test]'
+	touch $@ $(VENV)/stamp-run
+
+$(VENV)/stamp-lint: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test,lint]'
+	touch $@ $(VENV)/stamp-test $(VENV)/stamp-run
+
+# Made beside and moved into place would break the scripts' paths, so a half-made environment is removed instead.
+$(BIN)/python:
+	@found=; \
+	for candidate in $(PYTHON) python3 python3.14 python3.13 python3.12 python3.11 python; do \
+	  if command -v "$$candidate" >/dev/null 2>&1 && \
+	     "$$candidate" -c 'import sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1; then \
+	    found="$$candidate"; break; \
+	  fi; \
+	done; \
+	if [ -z "$$found" ]; then \
+	  echo "No Python 3.11 or newer found (tried python3, python3.11 to python3.14, python)." >&2; \
+	  echo "Install one, or say where it is: make PYTHON=/path/to/python3.11 ..." >&2; \
+	  exit 1; \
+	fi; \
+	echo "Setting up $(VENV) with $$("$$found" --version). The first time takes a minute or two."; \
+	rm -rf $(VENV); \
+	if ! "$$found" -m venv $(VENV); then \
+	  rm -rf $(VENV); \
+	  echo "$$found cannot make a virtual environment. On Debian and Ubuntu: apt install python3-venv" >&2; \
+	  exit 1; \
+	fi
