@@ -28,20 +28,20 @@ clean:
 	rm -rf $(VENV) demo build *.egg-info .pytest_cache .ruff_cache .hypothesis
 
 # A changed pyproject.toml is newer than the stamps and installs again.
-$(VENV)/stamp-run: pyproject.toml | $(BIN)/python
+$(VENV)/stamp-run: pyproject.toml | $(VENV)/stamp-venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
 	touch $@
 
-$(VENV)/stamp-test: pyproject.toml | $(BIN)/python
+$(VENV)/stamp-test: pyproject.toml | $(VENV)/stamp-venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test]'
 	touch $@ $(VENV)/stamp-run
 
-$(VENV)/stamp-lint: pyproject.toml | $(BIN)/python
+$(VENV)/stamp-lint: pyproject.toml | $(VENV)/stamp-venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test,lint]'
 	touch $@ $(VENV)/stamp-test $(VENV)/stamp-run
 
-# Made beside and moved into place would break the scripts' paths, so a half-made environment is removed instead.
-$(BIN)/python:
+# A stamp, not bin/python: an environment whose making was interrupted has bin/python but no pip.
+$(VENV)/stamp-venv:
 	@found=; \
 	for candidate in $(PYTHON) python3 python3.14 python3.13 python3.12 python3.11 python; do \
 	  if command -v "$$candidate" >/dev/null 2>&1 && \
@@ -60,4 +60,5 @@ $(BIN)/python:
 	  rm -rf $(VENV); \
 	  echo "$$found cannot make a virtual environment. On Debian and Ubuntu: apt install python3-venv" >&2; \
 	  exit 1; \
-	fi
+	fi; \
+	touch $@
