@@ -183,19 +183,53 @@ def band_rms(
     0.01
     """
     _check(rate_hz=rate_hz, quantity=quantity, target=target, low_hz=low_hz, high_hz=high_hz)
+    frequency, power = averaged_power(signals, rate_hz=rate_hz, low_hz=low_hz)
+    return rms_from_power(frequency, power, quantity=quantity, target=target, low_hz=low_hz, high_hz=high_hz)
+
+
+def averaged_power(signals: np.ndarray, *, rate_hz: float, low_hz: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the averaged one-sided Hann power spectrum that ``band_rms`` weights.
+
+    Parameters
+    ----------
+    signals : numpy.ndarray, shape (channels, samples) or (samples,)
+        Segments that hold a non-finite sample are left out.
+    rate_hz : float
+        Sampling rate.
+    low_hz : float
+        Lower edge of the bands to come; sets the length of the segments.
+
+    Returns
+    -------
+    frequency_hz : numpy.ndarray, shape (bins,)
+    power : numpy.ndarray, shape (channels, bins)
+        Mean square of each bin, in the signal's unit squared; their sum is the mean square of the signal.
+
+    Raises
+    ------
+    InvalidValueError
+        On fewer than 8 samples.
+    """
     rows = np.atleast_2d(signals)
-    _check_length(rows.shape[1], low_hz=low_hz)
     samples = rows.shape[1]
+    _check_length(samples, low_hz=low_hz)
     length = min(samples, 1 << math.ceil(math.log2(max(_PERIODS_PER_SEGMENT * rate_hz / low_hz, 8))))
     window = 0.5 - 0.5 * np.cos(2 * np.pi * (np.arange(length) + 0.5) / length)
-    weight = _power_weight(
-        length,
-        rate_hz=rate_hz,
-        power=DERIVATIVES[target] - DERIVATIVES[quantity],
-        low_hz=low_hz,
-        high_hz=high_hz,
-    ) / (length * np.sum(window**2))
-    return np.sqrt(np.array([_mean_power(row, window, weight) for row in rows]))
+    power = np.array([_mean_power(row, window) for row in rows]) / (length * np.sum(window**2))
+    # Every bin but 0 Hz and an even length's last one stands for two.
+    power[:, 1 : (length + 1) // 2] *= 2.0
+    return np.fft.rfftfreq(length, 1 / rate_hz), power
+
+
+def rms_from_power(
+    frequency_hz: np.ndarray, power: np.ndarray, *, quantity: str, target: str, low_hz: float, high_hz: float
+) -> np.ndarray:
+    """Return the rms of another quantity within the band from what ``averaged_power`` returns.
+
+    One spectrum serves several targets and bands. Shape (channels,), in SI units of ``target``.
+    """
+    exponent = DERIVATIVES[target] - DERIVATIVES[quantity]
+    return np.sqrt(power @ _response(frequency_hz, power=exponent, low_hz=low_hz, high_hz=high_hz) ** 2)
 
 
 def band_velocity_rms(
@@ -246,15 +280,6 @@ def _check_length(samples: int, *, low_hz: float) -> None:
         )
 
 
-def _power_weight(length: int, *, rate_hz: float, power: int, low_hz: float, high_hz: float) -> np.ndarray:
-    """Return what multiplies |X|^2 of each one-sided bin, shape (length // 2 + 1,)."""
-    frequency = np.fft.rfftfreq(length, 1 / rate_hz)
-    weight = _response(frequency, power=power, low_hz=low_hz, high_hz=high_hz) ** 2
-    # Every bin but 0 Hz and an even length's last one stands for two.
-    weight[1 : (length + 1) // 2] *= 2.0
-    return weight
-
-
 def _response(frequency: np.ndarray, *, power: int, low_hz: float, high_hz: float) -> np.ndarray:
     """Return |H(f)| (2 pi f)^power; 0 at 0 Hz, where the band passes nothing."""
     gain = band_gain(frequency, low_hz=low_hz, high_hz=high_hz)
@@ -262,27 +287,31 @@ def _response(frequency: np.ndarray, *, power: int, low_hz: float, high_hz: floa
     return gain
 
 
-def _mean_power(row: np.ndarray, window: np.ndarray, weight: np.ndarray) -> float:
-    total, count = 0.0, 0
+def _mean_power(row: np.ndarray, window: np.ndarray) -> np.ndarray:
+    """Return the mean of |FFT|^2 over the finite segments, NaN when there are none."""
+    ramp = np.arange(window.size) - (window.size - 1) / 2
+    ramp /= np.sqrt(np.dot(ramp, ramp))
+    total, count = np.zeros(window.size // 2 + 1), 0
     for segment in _segments(row, window.size):
-        if np.isfinite(segment).all():
-            total += float(np.dot(np.abs(np.fft.rfft(window * _detrended(segment))) ** 2, weight))
+        # A sample that is not finite makes the mean so.
+        with np.errstate(invalid="ignore"):
+            mean = segment.mean()
+        if math.isfinite(mean):
+            segment -= mean
+            segment -= ramp * np.dot(ramp, segment)
+            segment *= window
+            spectrum = np.fft.rfft(segment)
+            total += spectrum.real**2 + spectrum.imag**2
             count += 1
-    return total / count if count else math.nan
+    return total / count if count else np.full_like(total, math.nan)
 
 
 def _segments(row: np.ndarray, length: int) -> Iterator[np.ndarray]:
-    """Yield segments that overlap by half or a little more, the last one ending on the last sample."""
+    """Yield copies of segments that overlap by half or a little more, the last ending on the last sample."""
     spare = row.size - length
     count = math.ceil(spare / (length // 2)) + 1
     for start in np.linspace(0, spare, count).round().astype(int):
-        yield np.asarray(row[start : start + length], dtype=float)
-
-
-def _detrended(values: np.ndarray) -> np.ndarray:
-    ramp = np.arange(values.size) - (values.size - 1) / 2
-    centred = values - values.mean()
-    return centred - ramp * (np.dot(ramp, centred) / np.dot(ramp, ramp))
+        yield np.array(row[start : start + length], dtype=float)
 
 
 def _straight_line(row: np.ndarray, block: int) -> tuple[float, float]:

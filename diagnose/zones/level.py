@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from ...datasets.recording import Recording
 from ...simulators.errors import RotorwiseError
-from .measure import gap_share, largest_radius, peak_to_peak, rms_level
+from ..signal.integrate import averaged_power, rms_from_power
+from .measure import gap_share, largest_radius, peak_to_peak
 from .table import TABLE_UNIT_TO_SI, ZoneRow
 
 _SLOW_RPM = 600.0
@@ -20,13 +23,33 @@ class Refused(RotorwiseError):
     """Why one channel gets no zone; ``assess`` turns it into a sentence."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
+class _Spectrum:
+    recording: Recording
+    index: int
+    low_hz: float
+    frequency_hz: np.ndarray
+    power: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
 class Machine:
     """What levels and limits depend on besides the signal."""
 
     speed_rpm: float | None
     speed_is_nominal: bool
     clearance_m: float | None
+    _latest: list[_Spectrum] = field(default_factory=list)
+
+    def spectrum(self, recording: Recording, index: int, low_hz: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return a channel's averaged power; the latest two are kept, as the rows of a table share them."""
+        for kept in self._latest:
+            if kept.recording is recording and (kept.index, kept.low_hz) == (index, low_hz):
+                return kept.frequency_hz, kept.power
+        frequency, power = averaged_power(recording.signals[index], rate_hz=recording.rate_hz, low_hz=low_hz)
+        # Two, for the recording and its baseline.
+        self._latest[:] = [*self._latest[-1:], _Spectrum(recording, index, low_hz, frequency, power)]
+        return frequency, power
 
 
 def unit_text(row: ZoneRow) -> str:
@@ -102,12 +125,8 @@ def _rms_value(recording: Recording, index: int, row: ZoneRow, machine: Machine)
         )
     if row.slow_low_hz and machine.speed_rpm is None:
         notes.append("speed not given: 600 r/min or more assumed; pass --speed if slower")
-    level = rms_level(
-        recording.signals[index],
-        rate_hz=rate,
-        quantity=channel.quantity or "",
-        target=row.quantity,
-        low_hz=low,
-        high_hz=high,
+    frequency, power = machine.spectrum(recording, index, low)
+    value = rms_from_power(
+        frequency, power, quantity=channel.quantity or "", target=row.quantity, low_hz=low, high_hz=high
     )
-    return level, notes
+    return float(value[0]), notes

@@ -8,18 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..signal.integrate import band_rms
-
 _BLOCK_SAMPLES = 1 << 19
-
-
-def rms_level(
-    signal: np.ndarray, *, rate_hz: float, quantity: str, target: str, low_hz: float, high_hz: float
-) -> float:
-    """Return the rms of ``target`` in SI units within the band; NaN when no stretch is free of gaps."""
-    return float(
-        band_rms(signal, rate_hz=rate_hz, quantity=quantity, target=target, low_hz=low_hz, high_hz=high_hz)[0]
-    )
 
 
 def peak_to_peak(signal: np.ndarray, *, rate_hz: float) -> tuple[float, float]:

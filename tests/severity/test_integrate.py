@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rotorwise.diagnose.signal import integrate
 from rotorwise.diagnose.signal.integrate import (
+    averaged_power,
     band_displacement,
     band_displacement_rms,
     band_gain,
@@ -150,7 +151,7 @@ def test_rms_of_spectrum_agrees_with_rms_of_waveform():
 
 def test_gap_costs_its_segment_only():
     signal = acceleration(50.3, seconds=60.0, rate=2560.0)
-    signal[5000] = np.nan
+    signal[[5000, 5001, 5002]] = np.nan, np.inf, -np.inf
     got = band_velocity_rms(signal, rate_hz=2560.0, quantity="acceleration", low_hz=10.0, high_hz=math.inf)
     assert got[0] == pytest.approx(5e-3 / math.sqrt(2), rel=2e-3)
     nothing = band_velocity_rms(
@@ -215,3 +216,15 @@ def test_rms_scales_and_ignores_the_offset(seed, scale, offset):
 def test_gain_is_between_0_and_1(frequency, low, width):
     value = band_gain(np.array([frequency]), low_hz=low, high_hz=low * width)[0]
     assert 0.0 <= value <= 1.0
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=seeds, samples=st.integers(8, 5000))
+def test_bins_of_one_segment_add_up_to_the_windowed_mean_square(seed, samples):
+    signal = np.random.default_rng(seed).standard_normal(samples)
+    frequency, power = averaged_power(signal, rate_hz=1000.0, low_hz=1.0)
+    window = np.sin(np.pi * (np.arange(samples) + 0.5) / samples) ** 2
+    line = np.polynomial.Polynomial.fit(np.arange(samples), signal, 1)(np.arange(samples))
+    expected = np.sum((window * (signal - line)) ** 2) / np.sum(window**2)
+    assert power.shape == (1, frequency.size)
+    assert power.sum() == pytest.approx(expected, rel=1e-9)

@@ -164,6 +164,7 @@ def test_dead_and_gapped_channels_are_refused_not_called_good():
     assert "never changes" in refusal
     half = sine(1e-3)
     half[::7] = np.nan
+    half[1::7] = np.inf
     results, refusal = assess(recording(half))
     assert results == ()
     assert "gaps" in refusal
@@ -171,7 +172,7 @@ def test_dead_and_gapped_channels_are_refused_not_called_good():
 
 def test_few_gaps_are_left_out_and_said():
     signal = sine(3e-3, seconds=60.0)
-    signal[10] = np.nan
+    signal[10:13] = np.nan, np.inf, -np.inf
     (result,), _ = assess(recording(signal), table="iso10816-1-class2")
     assert result.value == pytest.approx(3.0, rel=5e-3)
     assert "missing" in result.note
