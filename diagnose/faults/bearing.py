@@ -1,0 +1,278 @@
+"""Rolling-bearing defects: envelope lines at the defect orders, and how deep they modulate the band.
+
+Significance is not enough: a healthy loaded bearing also shows its ball-pass order faintly (variable compliance). The
+depth decides: the root sum of squares of the modulation depths of the first three harmonics, plus sidebands, is about
+the share of the band's energy that comes as impacts in that rhythm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...datasets.recording import MountedBearing
+from ..compare import comparable, order_change_db
+from ..observe import Observation
+from ..result import Finding, Line
+from ..signal.envelope import EnvelopeSpectrum
+from ..signal.spectrum import peak_near
+
+_SLIP = 0.02  # rolling elements slip up to 2 % against the kinematic order
+_SLIP_SPREAD = 0.01
+_EVEN_DEPTH = 0.4  # modulation depth at which a defect is as likely as not: a third or so of the energy in impacts
+_STEEPNESS = 5.0
+# Impacts repeat in harmonics; the variable compliance of a healthy bearing is nearly a sine.
+_HARMONICS_FACTOR = {0: 0.5, 1: 0.5, 2: 1.0, 3: 1.5}
+_LEAST_PROBABILITY = 0.02
+_SECOND_DEFECT = 0.3  # a second defect at once is rarer, and a strong first one stirs everything
+
+_CHECKS = {
+    "bearing_outer_race": "Listen at the housing, check grease and outer-race fit; compare with a record after relubrication.",
+    "bearing_inner_race": "Check clearance and inner-race fit; plan the replacement if the line grows.",
+    "bearing_ball": "Inspect rolling elements; the cage rhythm varies from record to record, so repeat the measurement.",
+    "bearing_cage": "Check lubrication and cage wear; repeat the measurement.",
+}
+
+
+@dataclass(frozen=True)
+class DefectRhythm:
+    """The lines that one defect of one bearing makes in the envelope: a comb, with sidebands at a modulator."""
+
+    fault: str
+    label: str
+    order: float
+    modulator: float | None
+
+
+@dataclass(frozen=True)
+class RhythmEvidence:
+    """The best band's answer for one rhythm."""
+
+    rhythm: DefectRhythm
+    envelope: EnvelopeSpectrum
+    depth: float
+    frequency_hz: float
+    expected_hz: float
+    lines: tuple[Line, ...]
+    harmonics_seen: int
+
+    @property
+    def odds(self) -> float:
+        """Odds of a defect: depth, harmonics, and nearness to the kinematic order (slip spread 1 % against any)."""
+        slip = self.frequency_hz / self.expected_hz - 1.0
+        nearness = 1.6 * np.exp(-0.5 * (slip / _SLIP_SPREAD) ** 2)
+        return defect_odds(self.depth) * _HARMONICS_FACTOR[self.harmonics_seen] * float(nearness)
+
+
+def rhythms(bearing: MountedBearing) -> list[DefectRhythm]:
+    """Return the rhythms of one bearing, in orders of the reference shaft."""
+    orders = bearing.geometry.defect_orders()
+    shaft = bearing.shaft_ratio
+    return [
+        DefectRhythm("bearing_outer_race", "BPFO", orders.outer_race * shaft, None),
+        DefectRhythm("bearing_inner_race", "BPFI", orders.inner_race * shaft, shaft),
+        DefectRhythm("bearing_ball", "2BSF", 2 * orders.ball_spin * shaft, orders.cage * shaft),
+        DefectRhythm("bearing_cage", "FTF", orders.cage * shaft, None),
+    ]
+
+
+def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
+    """Return the bearing defects that the envelopes speak for.
+
+    The likeliest rhythm of all bearings is taken first; the others must live on what it does not explain.
+    """
+    if now.speed is None or not now.turning:
+        return []
+    waiting = [(bearing, rhythm) for bearing in now.recording.nameplate.bearings for rhythm in rhythms(bearing)]
+    taken: list[RhythmEvidence] = []
+    findings: list[Finding] = []
+    while waiting:
+        found = [(one, pair) for pair in waiting if (one := strongest(now, pair[1], taken)) is not None]
+        if not found:
+            break
+        evidence, pair = max(found, key=lambda one: one[0].odds)
+        if evidence.odds < 0.02:
+            break
+        crowd = _SECOND_DEFECT if any(other.odds > 1 for other in taken) else 1.0
+        taken.append(evidence)
+        findings.append(_finding(now, baseline, pair[0], evidence, crowd))
+        waiting = [other for _, other in found if other is not pair]
+    shared = [one for bearing in now.recording.nameplate.bearings for one in _ball_or_cage(findings, place_of(bearing))]
+    return [one for one in shared if one.probability >= _LEAST_PROBABILITY]
+
+
+def place_of(bearing: MountedBearing) -> str:
+    """Return what the report calls a bearing."""
+    return bearing.location or bearing.geometry.designation or "the bearing"
+
+
+def strongest(now: Observation, rhythm: DefectRhythm, taken: list[RhythmEvidence]) -> RhythmEvidence | None:
+    """Return the envelope in which a rhythm speaks loudest, or None where it is nowhere significant."""
+    best: RhythmEvidence | None = None
+    for envelope in now.envelopes:
+        for frequency in _candidates(now, envelope, rhythm):
+            evidence = _measure(now, envelope, rhythm, frequency, taken)
+            if evidence is not None and (best is None or evidence.odds > best.odds):
+                best = evidence
+    return best
+
+
+def _candidates(now: Observation, envelope: EnvelopeSpectrum, rhythm: DefectRhythm) -> list[float]:
+    """Return the significant lines within slip of the rhythm, and half of those at its second harmonic."""
+    found: list[float] = []
+    spectrum = envelope.spectrum
+    ratio = spectrum.power_ratio[0]
+    resolution = spectrum.resolution_hz
+    # A race strikes at its own order; a ball that touches one race at a time and a cage may show twice the order only.
+    for harmonic in (1,) if rhythm.label in ("BPFO", "BPFI") else (1, 2):
+        expected = harmonic * rhythm.order * now.speed_hz
+        low = max(int((expected * (1 - _SLIP)) / resolution), 2)
+        high = min(int(np.ceil(expected * (1 + _SLIP) / resolution)) + 1, ratio.size - 2)
+        bins = np.arange(low, high + 1)
+        bins = bins[(ratio[bins] >= ratio[bins - 1]) & (ratio[bins] >= ratio[bins + 1])]
+        bins = bins[ratio[bins] > now.significant_ratio]
+        for index in bins[np.argsort(ratio[bins])[::-1][:2]]:
+            found.append(peak_near(spectrum, 0, index * resolution, tolerance_hz=0.6 * resolution)[0] / harmonic)
+    return found
+
+
+def _measure(
+    now: Observation, envelope: EnvelopeSpectrum, rhythm: DefectRhythm, frequency_hz: float, taken: list[RhythmEvidence]
+) -> RhythmEvidence | None:
+    lines: list[Line] = []
+    power = 0.0
+    harmonics = 0
+    significant = False
+    for harmonic in (1, 2, 3):
+        line = _envelope_line(now, envelope, harmonic * frequency_hz, f"{harmonic} x {rhythm.label}", rhythm, harmonic)
+        if line is None or _belongs_elsewhere(now, envelope, line.frequency_hz, taken):
+            continue
+        ratio = line.signal_to_noise**2
+        power += max(line.amplitude**2 - line.noise_floor**2, 0.0)
+        if ratio > now.significant_ratio:
+            significant = True
+            lines.append(line)
+            harmonics += 1
+    if not significant:
+        return None
+    if rhythm.modulator is not None:
+        sidebands = _sidebands(now, envelope, rhythm, frequency_hz, taken)
+        power += sum(line.amplitude**2 for line in sidebands)
+        lines += sidebands
+    expected = rhythm.order * now.speed_hz
+    return RhythmEvidence(rhythm, envelope, float(np.sqrt(power)), frequency_hz, expected, tuple(lines), harmonics)
+
+
+def _sidebands(
+    now: Observation, envelope: EnvelopeSpectrum, rhythm: DefectRhythm, frequency_hz: float, taken: list[RhythmEvidence]
+) -> list[Line]:
+    found = []
+    for harmonic in (1, 2):
+        for side in (-1, 1):
+            wanted = harmonic * frequency_hz + side * (rhythm.modulator or 0.0) * now.speed_hz
+            modulator = "1X" if rhythm.fault == "bearing_inner_race" else "FTF"
+            name = f"{harmonic} x {rhythm.label} {'-' if side < 0 else '+'} {modulator}"
+            line = _envelope_line(now, envelope, wanted, name, rhythm, None)
+            if line is None or line.signal_to_noise**2 < now.significant_ratio:
+                continue
+            if not _belongs_elsewhere(now, envelope, line.frequency_hz, taken):
+                found.append(line)
+    return found
+
+
+def _envelope_line(
+    now: Observation, envelope: EnvelopeSpectrum, frequency_hz: float, name: str, rhythm: DefectRhythm, harmonic: int | None
+) -> Line | None:
+    spectrum = envelope.spectrum
+    if not 2 * spectrum.resolution_hz < frequency_hz < spectrum.frequency_hz[-3]:
+        return None
+    frequency, depth, floor = peak_near(spectrum, 0, frequency_hz, tolerance_hz=1.2 * spectrum.resolution_hz)
+    expected = None if harmonic is None else harmonic * rhythm.order
+    channel = now.recording.channels[envelope.channel].name
+    return Line(name, channel, frequency, frequency / now.speed_hz, depth, floor, "modulation", "envelope", None, expected)
+
+
+def _belongs_elsewhere(
+    now: Observation, envelope: EnvelopeSpectrum, frequency_hz: float, taken: list[RhythmEvidence]
+) -> bool:
+    """Return whether a line is a multiple of the shaft speed or part of a deeper rhythm's family."""
+    speed = now.speed
+    assert speed is not None
+    resolution = envelope.spectrum.resolution_hz
+    multiple = round(frequency_hz / speed.speed_hz)
+    doubt = multiple * (speed.high_hz - speed.low_hz) / 4
+    if multiple >= 1 and abs(frequency_hz - multiple * speed.speed_hz) < 0.7 * resolution + min(doubt, resolution):
+        return True
+    for other in taken:
+        for harmonic in range(0, 7):
+            remainder = abs(frequency_hz - harmonic * other.frequency_hz)
+            shafts = round(remainder / speed.speed_hz)
+            close = abs(remainder - shafts * speed.speed_hz) < 1.5 * resolution + shafts * doubt / max(multiple, 1)
+            if close and shafts <= 3 and (harmonic or shafts):
+                return True
+    return False
+
+
+def defect_odds(depth: float) -> float:
+    """Return the odds of a defect for a modulation depth, (depth/0.4)^5."""
+    return (max(depth, 1e-6) / _EVEN_DEPTH) ** _STEEPNESS
+
+
+def _finding(
+    now: Observation, baseline: Observation | None, bearing: MountedBearing, evidence: RhythmEvidence, crowd: float
+) -> Finding:
+    odds = evidence.odds * crowd
+    lines = evidence.lines
+    note = ""
+    if baseline is not None and baseline.speed is not None:
+        before = strongest(baseline, evidence.rhythm, [])
+        earlier = before.depth if before is not None else 0.0
+        # What the healthy machine shows already is its own; only the excess speaks for a defect.
+        excess = float(np.sqrt(max(evidence.depth**2 - earlier**2, 0.0)))
+        odds *= defect_odds(excess) / defect_odds(evidence.depth)
+        odds /= _load_factor(now, baseline)
+        note = f" (baseline {earlier:.0%})"
+    place = place_of(bearing)
+    low, high = evidence.envelope.low_hz, evidence.envelope.high_hz
+    channel = now.recording.channels[evidence.envelope.channel].name
+    summary = (
+        f"{evidence.rhythm.label} of {place} at {evidence.frequency_hz / now.speed_hz:.3f}X "
+        f"(theory {evidence.rhythm.order:.3f}X) modulates {channel} by {evidence.depth:.0%}{note} in {low:.0f}-{high:.0f} Hz; "
+        f"{evidence.harmonics_seen} harmonic{'s' if evidence.harmonics_seen > 1 else ''} above the noise."
+    )
+    if evidence.depth < _EVEN_DEPTH:
+        summary += " Shallow: a healthy loaded bearing can do this too."
+    return Finding(evidence.rhythm.fault, odds / (1 + odds), summary, lines, _CHECKS[evidence.rhythm.fault])
+
+
+def _load_factor(now: Observation, baseline: Observation) -> float:
+    """Return how much a risen 1X weakens the evidence: a rotating load of unbalance makes a sound bearing beat too."""
+    if not comparable(now, baseline):
+        return 1.0
+    rise = float(np.median(order_change_db(now, baseline, 1.0)[now.radial_channels()]))
+    return max(1.0, 10 ** (rise / 20) / 3)
+
+
+def _ball_or_cage(findings: list[Finding], place: str) -> list[Finding]:
+    """Share one bearing's cage rhythm between ball and cage: a damaged ball shows too as the cage carries it round."""
+    here = [one for one in findings if f" of {place} at " in one.summary]
+    cage = next((one for one in here if one.fault == "bearing_cage"), None)
+    if cage is None:
+        return here
+    others = [one for one in here if one.fault not in ("bearing_cage", "bearing_ball")]
+    ball = next((one for one in here if one.fault == "bearing_ball"), None)
+    direct = 0.0 if ball is None else ball.probability
+    shared = cage.probability * (1 - direct)
+    note = " A damaged ball and a damaged cage both make this rhythm."
+    shown = cage if ball is None or cage.probability > direct else ball
+    as_ball = replace(
+        shown,
+        fault="bearing_ball",
+        probability=direct + 0.55 * shared,
+        summary=shown.summary + (note if shown is cage else ""),
+        rivals=("bearing_cage",),
+        check=_CHECKS["bearing_ball"],
+    )
+    as_cage = replace(cage, probability=0.45 * shared, summary=cage.summary + note, rivals=("bearing_ball",))
+    return [*others, as_ball, as_cage]

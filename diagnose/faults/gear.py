@@ -1,0 +1,215 @@
+"""Gear faults: mesh lines and their sidebands at the speed of the faulty shaft.
+
+Amplitude or phase modulation at the speed of one shaft puts sidebands round the mesh lines at that shaft's spacing;
+their spacing names the gear (R. B. Randall, "A new method of modeling gear faults", J. Mech. Des. 104 (1982) 259). One
+pair is eccentricity; many pairs are a local defect; risen mesh lines without sidebands are wear.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...datasets.recording import GearPair
+from ..compare import comparable, odds_of_rise
+from ..observe import Observation
+from ..result import Finding, Line
+from ..signal.sidebands import SidebandFamily, find_sidebands
+
+_PAIRS = 6
+_MESH_HARMONICS = (1, 2, 3)
+_REPEATABILITY_DB = 4.0
+_PRIOR = 0.15
+_CHECKS = {
+    "gear_eccentricity": "Measure run-out of the gear; check bore, key and shaft.",
+    "gear_tooth_fault": "Inspect the teeth of this gear; take a synchronous average with a tacho on this shaft.",
+    "gear_wear": "Inspect tooth flanks and oil debris; compare with records at the same load.",
+}
+
+
+@dataclass(frozen=True)
+class Family:
+    """The sidebands of one mesh harmonic at one shaft's spacing, on one channel."""
+
+    mesh: int
+    wheel: str
+    ratio: float
+    channel: int
+    found: SidebandFamily
+
+
+def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
+    """Return what mesh lines and sidebands speak for, gear by gear."""
+    if now.speed is None or not now.turning:
+        return []
+    findings: list[Finding] = []
+    for gear in now.recording.nameplate.gears:
+        reference = baseline if comparable(now, baseline) else None
+        findings += _judge_pair(now, reference, gear)
+    return findings
+
+
+def shafts(gear: GearPair) -> list[tuple[str, float]]:
+    """Return name and speed ratio of both shafts; of one only when the other's teeth are unknown."""
+    found = [(f"{gear.driver_teeth}-tooth gear", gear.driver_ratio)]
+    if gear.driven_ratio is not None:
+        found.append((f"{gear.driven_teeth}-tooth gear", gear.driven_ratio))
+    return found
+
+
+def families(now: Observation, gear: GearPair) -> list[Family]:
+    """Return every sideband family of a gear pair."""
+    return [
+        Family(
+            mesh,
+            name,
+            ratio,
+            channel,
+            find_sidebands(
+                now.spectrum,
+                channel=channel,
+                carrier_hz=mesh * gear.mesh_order * now.speed_hz,
+                modulator_hz=ratio * now.speed_hz,
+                pairs=_PAIRS,
+                significant_ratio=now.significant_ratio,
+            ),
+        )
+        for mesh in _MESH_HARMONICS
+        if mesh * gear.mesh_order * now.speed_hz < 0.9 * now.spectrum.frequency_hz[-1]
+        for channel in range(now.channel_count)
+        for name, ratio in shafts(gear)
+    ]
+
+
+def _judge_pair(now: Observation, baseline: Observation | None, gear: GearPair) -> list[Finding]:
+    current = families(now, gear)
+    if not any(one.found.carrier.power_ratio > now.significant_ratio for one in current):
+        return []
+    if baseline is not None:
+        return _judge_growth(now, baseline, gear, current)
+    findings = []
+    for name, ratio in shafts(gear):
+        mine = [one for one in current if one.wheel == name]
+        lines = _lines(now, mine)
+        if not lines:
+            continue
+        # The typical index over mesh harmonics and channels: a single one is ruled by the transfer path.
+        index = float(np.median([one.found.modulation_index for one in mine]))
+        pairs = float(np.median([_significant_pairs(now, one) for one in mine]))
+        summary = (
+            f"Sidebands at {ratio * now.speed_hz:.2f} Hz, the speed of the {name}, round the mesh at "
+            f"{gear.mesh_order * now.speed_hz:.1f} Hz: modulation index {index:.2f} in the median, {pairs:.0f} pairs. "
+            "Without a baseline this may be normal for this gear."
+        )
+        strength = index / (index + 0.5)
+        many = min(max(pairs - 1.0, 0.0) / 5.0, 1.0)
+        for fault, probability in (
+            ("gear_eccentricity", 0.5 * strength * (1 - 0.5 * many)),
+            ("gear_tooth_fault", 0.5 * strength * 0.6 * many),
+        ):
+            rival = "gear_tooth_fault" if fault == "gear_eccentricity" else "gear_eccentricity"
+            findings.append(Finding(fault, probability, summary, lines, _CHECKS[fault], (rival,)))
+    return findings
+
+
+def _significant_pairs(now: Observation, family: Family) -> int:
+    numbers = {abs(s.number) for s in family.found.sidebands if s.power_ratio > now.significant_ratio}
+    return len(numbers)
+
+
+def _lines(now: Observation, chosen: list[Family], limit: int = 14) -> tuple[Line, ...]:
+    """Return the most prominent sidebands as lines, with their carriers."""
+    found: list[Line] = []
+    for family in chosen:
+        channel = now.recording.channels[family.channel]
+        mesh = "mesh" if family.mesh == 1 else f"{family.mesh} x mesh"
+        for side in (family.found.carrier, *family.found.sidebands):
+            if side.power_ratio <= now.significant_ratio:
+                continue
+            sign = "-" if side.number < 0 else "+"
+            name = mesh if side.number == 0 else f"{mesh} {sign} {abs(side.number)} x {family.wheel}"
+            order = side.frequency_hz / now.speed_hz
+            found.append(Line(name, channel.name, side.frequency_hz, order, side.amplitude, side.noise_floor, channel.unit))
+    unique = {(line.name, line.channel): line for line in found}
+    return tuple(sorted(unique.values(), key=lambda line: -line.signal_to_noise)[:limit])
+
+
+@dataclass(frozen=True)
+class Growth:
+    """Growth in dB of a family's mesh line, first sidebands and wider sidebands."""
+
+    family: Family
+    mesh: float
+    first: float
+    wide: float
+
+
+def _growth(now: Observation, family: Family, earlier: Family) -> Growth:
+    old = {side.number: side for side in (earlier.found.carrier, *earlier.found.sidebands)}
+
+    def change(numbers: range) -> float:
+        rises = [
+            20 * float(np.log10(max(side.amplitude, side.noise_floor) / max(was.amplitude, was.noise_floor, 1e-300)))
+            for side in (family.found.carrier, *family.found.sidebands)
+            if abs(side.number) in numbers and (was := old.get(side.number)) is not None
+        ]
+        return float(np.median(rises)) if rises else 0.0
+
+    return Growth(family, change(range(1)), change(range(1, 2)), change(range(2, _PAIRS + 1)))
+
+
+def _judge_growth(now: Observation, baseline: Observation, gear: GearPair, current: list[Family]) -> list[Finding]:
+    """Judge, for each shaft, the family that grew most; the price of choosing it is taken off its growth."""
+    earlier = {(one.mesh, one.wheel, one.channel): one for one in families(baseline, gear)}
+    findings: list[Finding] = []
+    for name, ratio in shafts(gear):
+        grown = [
+            _growth(now, one, earlier[one.mesh, one.wheel, one.channel])
+            for one in current
+            if one.wheel == name and (one.mesh, one.wheel, one.channel) in earlier
+        ]
+        if not grown:
+            continue
+        best = max(grown, key=lambda one: one.first + one.wide + 0.5 * one.mesh)
+        price = 0.7 * _REPEATABILITY_DB * float(np.sqrt(2 * np.log(len(grown))))
+        first, wide, mesh = (_posterior(value - price) for value in (best.first, best.wide, best.mesh))
+        lines = _with_baseline(_lines(now, [best.family]), baseline)
+        summary = (
+            f"Against the baseline, on {now.recording.channels[best.family.channel].name} round "
+            f"{best.family.found.carrier.frequency_hz:.1f} Hz (mesh x {best.family.mesh}): mesh line {best.mesh:+.0f} dB, first "
+            f"sidebands at {ratio * now.speed_hz:.2f} Hz ({name}) {best.first:+.0f} dB, sidebands 2-{_PAIRS} {best.wide:+.0f} dB."
+        )
+        for fault, probability in (
+            ("gear_tooth_fault", 0.85 * wide),
+            ("gear_eccentricity", 0.85 * first * (1 - wide)),
+            ("gear_wear", 0.8 * mesh * (1 - 0.7 * max(first, wide))),
+        ):
+            findings.append(Finding(fault, probability, summary, lines, _CHECKS[fault]))
+    return _best_of_each(findings)
+
+
+def _posterior(growth_db: float) -> float:
+    odds = odds_of_rise(growth_db, repeatability=_REPEATABILITY_DB, typical_db=12.0, spread_db=6.0) * _PRIOR / (1 - _PRIOR)
+    return odds / (1 + odds)
+
+
+def _with_baseline(lines: tuple[Line, ...], baseline: Observation) -> tuple[Line, ...]:
+    channels = {channel.name: index for index, channel in enumerate(baseline.recording.channels)}
+    return tuple(
+        replace(
+            line,
+            baseline_amplitude=baseline.line(line.order, channel=channels[line.channel], name=line.name).amplitude,
+        )
+        for line in lines
+        if line.channel in channels
+    )
+
+
+def _best_of_each(findings: list[Finding]) -> list[Finding]:
+    """Return the likeliest finding of each fault: both gears of a pair share the mesh."""
+    best: dict[str, Finding] = {}
+    for finding in findings:
+        if finding.fault not in best or finding.probability > best[finding.fault].probability:
+            best[finding.fault] = finding
+    return list(best.values())

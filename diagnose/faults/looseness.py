@@ -1,0 +1,79 @@
+"""Looseness: lines at odd multiples of half the shaft speed, from a joint that opens every second turn.
+
+Reference: A. Muszynska and P. Goldman, "Chaotic responses of unbalanced rotor/bearing/stator systems with looseness or
+rubs", Chaos, Solitons and Fractals 5 (1995) 1683.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ..compare import comparable
+from ..observe import Observation
+from ..result import Finding, Line
+
+_ORDERS = (0.5, 1.5, 2.5, 3.5, 4.5, 5.5)
+_PROBABILITY = {0: 0.0, 1: 0.04, 2: 0.15, 3: 0.35, 4: 0.50, 5: 0.60, 6: 0.65}
+_RISE_THAT_COUNTS = 2.0  # a line counts against a baseline when it at least doubled
+
+
+def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
+    """Return looseness when several half orders stand out that no other shaft or bearing owns."""
+    if now.speed is None or not now.turning:
+        return []
+    reference = baseline if comparable(now, baseline) else None
+    lines = [line for order in _ORDERS if (line := strongest_line(now, reference, order)) is not None]
+    if not lines:
+        return []
+    names = ", ".join(line.name for line in lines)
+    summary = f"{len(lines)} half order{'s' if len(lines) > 1 else ''} above the noise: {names}."
+    return [
+        Finding(
+            "looseness",
+            _PROBABILITY[len(lines)] * doubt_of_shafts(now),
+            summary,
+            tuple(lines),
+            "Check bolts, bearing fits and foundation; watch the half orders while a bolt is tightened or the speed changed.",
+            ("rub",),
+        )
+    ]
+
+
+def strongest_line(now: Observation, baseline: Observation | None, order: float) -> Line | None:
+    """Return the most prominent line at a fractional order over the channels, or None.
+
+    Lines that another shaft or a bearing owns do not count, nor lines that a baseline shows about as strong.
+    """
+    if owned_by_machine(now, order):
+        return None
+    best: Line | None = None
+    for channel in range(now.channel_count):
+        line = replace(now.line(order, channel=channel), expected_order=order)
+        if baseline is not None:
+            before = baseline.line(order, channel=channel)
+            line = replace(line, baseline_amplitude=before.amplitude)
+            if line.amplitude < _RISE_THAT_COUNTS * max(before.amplitude, before.noise_floor):
+                continue
+        if now.is_significant(line) and (best is None or line.signal_to_noise > best.signal_to_noise):
+            best = line
+    return best
+
+
+def owned_by_machine(now: Observation, order: float) -> bool:
+    """Return whether a known bearing, another shaft or a gear has a line within 2.5 % of this order."""
+    owners: list[float] = []
+    for bearing in now.recording.nameplate.bearings:
+        orders = bearing.geometry.defect_orders()
+        for base in (orders.outer_race, orders.inner_race, orders.ball_spin, 2 * orders.ball_spin, orders.cage):
+            scaled = base * bearing.shaft_ratio
+            owners += [scaled * k for k in range(1, 5)] + [abs(scaled - 1), abs(scaled + 1), abs(scaled - 2), scaled + 2]
+    for gear in now.recording.nameplate.gears:
+        for ratio in (gear.driver_ratio, gear.driven_ratio):
+            if ratio is not None and abs(ratio - 1.0) > 1e-6:
+                owners += [ratio * k for k in range(1, 15)]
+    return any(abs(owner / order - 1.0) < 0.025 for owner in owners)
+
+
+def doubt_of_shafts(now: Observation) -> float:
+    """Return the factor for a machine with a shaft of unknown speed, which may own any fractional order: 0.4, else 1."""
+    return 0.4 if any(gear.driven_teeth is None for gear in now.recording.nameplate.gears) else 1.0

@@ -1,0 +1,56 @@
+"""Oil whirl: a line at 0.40-0.48 of the shaft speed, in a machine with journal bearings.
+
+Reference: A. Muszynska, "Whirl and whip - rotor/bearing stability problems", J. Sound Vib. 110 (1986) 443.
+"""
+
+from __future__ import annotations
+
+from ..compare import comparable
+from ..observe import Observation
+from ..result import Finding
+from ..signal.spectrum import peak_near
+
+
+def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
+    """Return oil whirl when a strong line tracks just below half the speed and no rolling bearing is known."""
+    if now.speed is None or not now.turning or now.recording.nameplate.bearings:
+        return []
+    low, high = 0.40 * now.speed_hz, 0.485 * now.speed_hz
+    best, index = None, 0
+    for channel in range(now.channel_count):
+        found, _, _ = peak_near(now.spectrum, channel, 0.5 * (low + high), tolerance_hz=0.5 * (high - low))
+        line = now.line_at(found, channel=channel, name="whirl", tolerance_hz=0.5 * now.spectrum.resolution_hz)
+        one = now.line(1.0, channel=channel)
+        ratio = _velocity(now, channel, line.frequency_hz, line.amplitude) / max(
+            _velocity(now, channel, one.frequency_hz, one.amplitude), 1e-300
+        )
+        if now.is_significant(line) and (best is None or ratio > best[1]):
+            best, index = (line, ratio), channel
+    if best is None or best[1] < 0.1:
+        return []
+    line, ratio = best
+    # Proximity probes mean journal bearings as a rule; elsewhere a belt, another shaft or a cage makes such lines too.
+    journal = all(channel.quantity == "displacement" for channel in now.recording.channels)
+    probability = (0.85 if journal else 0.4) * ratio / (ratio + (0.3 if journal else 0.5))
+    if now.recording.nameplate.gears:
+        probability *= 0.4
+    if baseline is not None and comparable(now, baseline):
+        before = baseline.line_at(
+            line.frequency_hz, channel=index, name="whirl", tolerance_hz=0.05 * now.speed_hz
+        )
+        if line.amplitude < 2 * max(before.amplitude, before.noise_floor):
+            return []
+    return [
+        Finding(
+            "oil_whirl",
+            probability,
+            f"Line at {line.order:.3f}X with {ratio:.0%} of the 1X velocity.",
+            (line,),
+            "Change oil temperature or load and see whether the line moves; look for forward circular orbits.",
+            ("rub", "bearing_cage"),
+        )
+    ]
+
+
+def _velocity(now: Observation, channel: int, frequency_hz: float, amplitude: float) -> float:
+    return amplitude * float(now.velocity_factor(channel, frequency_hz))

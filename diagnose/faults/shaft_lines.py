@@ -1,0 +1,143 @@
+"""Unbalance, misalignment and a bent shaft: the 1X, 2X and 3X lines of the shaft.
+
+How abnormal the lines are comes from the change against a baseline, or else from the severity zone; the pattern then
+shares that probability between the causes. No fixed ratio of 2X to 1X decides: on measured misaligned rigs it fails.
+Without a unit and without a baseline the level says nothing, and the answer stays weak.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..compare import comparable, odds_of_rise, order_change_db, repeatability_db
+from ..observe import Observation
+from ..result import Finding, Line
+
+#: Chance that something is wrong with the shaft, by severity zone of the measurement; None: no zone known.
+_ABNORMAL = {"A": 0.03, "B": 0.10, "C": 0.50, "D": 0.80, None: 0.20}
+_PRIOR_OF_RISE = 0.15
+_CHECKS = {
+    "unbalance": "Check deposits, lost weights and the phase between bearings; balance with a trial weight.",
+    "misalignment": "Check coupling alignment hot and cold, soft foot and pipe strain.",
+    "bent_shaft": "Measure run-out with a dial gauge on slow roll; check phase between both ends axially.",
+}
+
+
+def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
+    """Return what the shaft lines speak for."""
+    if now.speed is None or not now.turning or now.speed.method == "hint only":
+        return []
+    if baseline is not None and comparable(now, baseline):
+        return _judge_change(now, baseline)
+    return _judge_level(now)
+
+
+def _strongest_lines(now: Observation, baseline: Observation | None, orders: tuple[float, ...]) -> tuple[Line, ...]:
+    from dataclasses import replace
+
+    found = []
+    for order in orders:
+        for channel in range(now.channel_count):
+            line = now.line(order, channel=channel)
+            if now.is_significant(line):
+                before = None if baseline is None else baseline.line(order, channel=channel).amplitude
+                found.append(replace(line, expected_order=order, baseline_amplitude=before))
+    return tuple(found)
+
+
+def _pattern(now: Observation) -> tuple[float, float, float | None]:
+    """Return the shares of 1X and of 2X + 3X in the velocity energy, and the axial over radial level of 1X-3X."""
+    radial = now.radial_channels()
+    one = float(np.median([now.velocity_share(1, channel=channel) for channel in radial]))
+    more = float(np.median([now.velocity_share(2, channel=c) + now.velocity_share(3, channel=c) for c in radial]))
+    axial = now.axial_channels()
+    if not axial or len(axial) == now.channel_count:
+        return one, more, None
+    return one, more, _level(now, axial) / max(_level(now, radial), 1e-300)
+
+
+def _level(now: Observation, channels: list[int]) -> float:
+    lines = [now.line(order, channel=channel).amplitude / order for channel in channels for order in (1, 2, 3)]
+    return float(np.sqrt(np.mean(np.square(lines)) * 3))
+
+
+def _shares(one: float, more: float, axial: float | None) -> dict[str, float]:
+    """Return how a pattern of shaft lines is shared between its causes; the rest is none of them."""
+    tilt = 0.5 if axial is None else min(axial, 1.0)
+    weight = {
+        "unbalance": 0.45 * 5 * one**4 / (0.5 + tilt),
+        "misalignment": 0.20 * (one + 2 * more) * (0.5 + tilt),
+        "bent_shaft": 0.08 * 2 * one * (0.5 + tilt),
+    }
+    return {name: value / (sum(weight.values()) + 0.25) for name, value in weight.items()}
+
+
+def _judge_level(now: Observation) -> list[Finding]:
+    one, more, axial = _pattern(now)
+    abnormal = _ABNORMAL[now.zone]
+    level = "level unknown: no unit and no baseline" if now.zone is None else f"severity zone {now.zone}"
+    if axial is not None:
+        level += f"; axial over radial {axial:.2f}"
+    summary = f"1X carries {one:.0%} and 2X + 3X {more:.0%} of the radial velocity; {level}."
+    rivals = {"unbalance": ("bent_shaft", "misalignment"), "misalignment": ("unbalance", "bent_shaft")}
+    findings = []
+    for fault, share in _shares(one, more, axial).items():
+        lines = _strongest_lines(now, None, (1.0,) if fault == "unbalance" else (1.0, 2.0, 3.0))
+        others = rivals.get(fault, ("unbalance", "misalignment"))
+        if lines:
+            findings.append(Finding(fault, abnormal * share, summary, lines, _CHECKS[fault], others))
+    return findings
+
+
+def _judge_change(now: Observation, baseline: Observation) -> list[Finding]:
+    """Judge the change: 1X up in every radial direction is unbalance; 2X or 3X up alone is not."""
+    scatter = repeatability_db(now, baseline)
+    radial = now.radial_channels()
+    change = {order: order_change_db(now, baseline, order) for order in (1.0, 2.0, 3.0)}
+    one = float(np.median(change[1.0][radial]))
+    share = float(np.median([now.velocity_share(1, channel=channel) for channel in radial]))
+    odds = odds_of_rise(one, repeatability=scatter, typical_db=15.0, spread_db=8.0) * _PRIOR_OF_RISE / (1 - _PRIOR_OF_RISE)
+    rose = odds / (1 + odds)
+    # Where 1X rose but little of the motion is 1X, something else drives it.
+    dominance = min(1.0, share / 0.5)
+    text = ", ".join(
+        f"{order:.0f}X {np.median(values[radial]):+.0f} dB ({values.min():+.0f} to {values.max():+.0f})"
+        for order, values in change.items()
+    )
+    note = "; the transfer path changed too, so small changes mean nothing" if scatter > 5 else ""
+    summary = f"Against the baseline {text}; 1X carries {share:.0%} of the radial velocity{note}."
+    findings = [
+        Finding(
+            "unbalance",
+            rose * (0.55 + 0.40 * dominance),
+            summary,
+            _strongest_lines(now, baseline, (1.0,)),
+            _CHECKS["unbalance"],
+            ("bent_shaft",),
+        ),
+        Finding(
+            "bent_shaft",
+            rose * 0.04,
+            summary,
+            _strongest_lines(now, baseline, (1.0, 2.0)),
+            _CHECKS["bent_shaft"],
+            ("unbalance", "misalignment"),
+        ),
+    ]
+    # The largest of several channels' 2X and 3X, beyond what a risen 1X drags along.
+    dragged = max(one, 0.0)
+    harmonics = max(float(change[2.0].max()), float(change[3.0].max())) - dragged
+    best_of = float(np.sqrt(2 * np.log(2 * now.channel_count))) * 0.7
+    odds = odds_of_rise(harmonics - best_of * scatter, repeatability=scatter, typical_db=8.0, spread_db=6.0)
+    odds *= _PRIOR_OF_RISE / (1 - _PRIOR_OF_RISE)
+    findings.append(
+        Finding(
+            "misalignment",
+            0.7 * odds / (1 + odds),
+            summary,
+            _strongest_lines(now, baseline, (1.0, 2.0, 3.0)),
+            _CHECKS["misalignment"],
+            ("bent_shaft", "looseness"),
+        )
+    )
+    return findings

@@ -1,0 +1,250 @@
+"""What one recording shows, measured once and shared by every rule: speed, lines with floors, envelopes, checks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..datasets.recording import MountedBearing, Recording
+from .result import Line, SpeedEstimate
+from .signal.checks import UNUSABLE, DataCheck, check_channel, repair
+from .signal.envelope import EnvelopeSpectrum, demodulation_bands, envelope_spectra
+from .signal.order_tracking import angular_resample, phase_from_pulses
+from .signal.spectrum import Spectrum, peak_near, spectrum_with_floor
+from .signal.speed import speed_from_tacho, speed_from_vibration
+
+_FALSE_ALARM = 1e-3  # chance that noise alone makes one significant line in a whole recording
+_LOWEST_CARRIER_ORDER = 20.0  # below it, envelopes beat between shaft lines instead of showing impacts
+_TRUSTED_SPEED = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """Everything that the rules look at.
+
+    Attributes
+    ----------
+    recording : Recording
+        Usable vibration channels only, missing samples repaired, offset removed.
+    speed : SpeedEstimate or None
+    checks : tuple of DataCheck
+    spectrum : Spectrum
+        All channels; at constant shaft angle where a tacho allows it, on the axis of the mean speed.
+    envelopes : tuple of EnvelopeSpectrum
+        Every channel in every band; empty without a speed.
+    significant_ratio : float
+        Power over mean noise power from which a line counts: with it, noise alone makes a significant line among all
+        lines tested in one recording out of 1000.
+    lines_tested : int
+    order_tracked : bool
+    turning : bool
+        False when nothing in the record shows rotation.
+    zone : str or None
+        Worst severity zone of the recording, where one could be stated.
+    """
+
+    recording: Recording
+    speed: SpeedEstimate | None
+    checks: tuple[DataCheck, ...]
+    spectrum: Spectrum
+    envelopes: tuple[EnvelopeSpectrum, ...]
+    significant_ratio: float
+    lines_tested: int
+    order_tracked: bool
+    turning: bool
+    zone: str | None = None
+
+    @property
+    def speed_hz(self) -> float:
+        """Shaft speed in Hz; NaN when unknown."""
+        return float("nan") if self.speed is None else self.speed.speed_hz
+
+    @property
+    def channel_count(self) -> int:
+        """Number of channels."""
+        return len(self.recording.channels)
+
+    def radial_channels(self) -> list[int]:
+        """Return the channels that are not declared axial; all of them when every one is."""
+        radial = [i for i, channel in enumerate(self.recording.channels) if channel.direction != "axial"]
+        return radial or list(range(self.channel_count))
+
+    def axial_channels(self) -> list[int]:
+        """Return the channels that are declared axial."""
+        return [i for i, channel in enumerate(self.recording.channels) if channel.direction == "axial"]
+
+    def line(self, order: float, *, channel: int, name: str | None = None, tolerance_bins: float = 1.0) -> Line:
+        """Return the spectral line at an order of the shaft speed, one channel."""
+        speed = self.speed
+        assert speed is not None
+        doubt = 0.0 if self.order_tracked else order * (speed.high_hz - speed.low_hz) / 4
+        tolerance = tolerance_bins * self.spectrum.resolution_hz + doubt
+        return self.line_at(order * speed.speed_hz, channel=channel, name=name or order_name(order), tolerance_hz=tolerance)
+
+    def line_at(self, frequency_hz: float, *, channel: int, name: str, tolerance_hz: float) -> Line:
+        """Return the highest line within a tolerance of a frequency, one channel."""
+        found, amplitude, floor = peak_near(self.spectrum, channel, frequency_hz, tolerance_hz=tolerance_hz)
+        about = self.recording.channels[channel]
+        return Line(name, about.name, found, found / self.speed_hz, amplitude, floor, about.unit)
+
+    def is_significant(self, line: Line) -> bool:
+        """Whether a line stands out of the noise, all lines tested considered."""
+        return line.signal_to_noise**2 > self.significant_ratio
+
+    def velocity_factor(self, channel: int, frequency_hz: float | np.ndarray) -> float | np.ndarray:
+        """Return what turns an amplitude of this channel at a frequency into velocity (shares only, if unit unknown).
+
+        A channel of unknown quantity is taken as an accelerometer: good for comparing lines, not for levels.
+        """
+        quantity = self.recording.channels[channel].quantity
+        omega = 2 * np.pi * np.maximum(frequency_hz, 1e-3)
+        if quantity == "velocity":
+            return np.ones_like(omega) if isinstance(omega, np.ndarray) else 1.0
+        if quantity == "displacement":
+            return omega
+        return 1.0 / omega
+
+    def velocity_share(self, order: float, *, channel: int) -> float:
+        """Return the share of one order's line in the velocity energy from 0.3X (at least 5 Hz) to 1000 Hz."""
+        frequency = self.spectrum.frequency_hz
+        low = max(0.3 * self.speed_hz, 5.0)
+        inside = (frequency >= low) & (frequency <= max(1000.0, 10 * self.speed_hz))
+        weighted = self.spectrum.amplitude[channel, inside] * self.velocity_factor(channel, frequency[inside])
+        total = float((weighted**2).sum()) / 1.5  # a Hann line spreads over 1.5 bins of power
+        line = self.line(order, channel=channel)
+        return min(1.0, (line.amplitude * float(self.velocity_factor(channel, line.frequency_hz))) ** 2 / max(total, 1e-300))
+
+
+def order_name(order: float) -> str:
+    """Return the usual name of an order, such as 1X, 2.5X or 1/3X."""
+    for text, value in (("1/3", 1 / 3), ("2/3", 2 / 3), ("4/3", 4 / 3), ("5/3", 5 / 3)):
+        if abs(order - value) < 1e-6:
+            return f"{text}X"
+    return f"{order:g}X"
+
+
+def observe(recording: Recording) -> Observation:
+    """Measure one recording of moderate length (one block).
+
+    Parameters
+    ----------
+    recording : Recording
+        With at least one vibration channel; tacho channels are used for the speed.
+
+    Returns
+    -------
+    Observation
+    """
+    usable, checks = _usable(recording)
+    speed, times = _tacho_speed(recording)
+    bearings = tuple(
+        order * one.shaft_ratio
+        for one in recording.nameplate.bearings
+        for order in (one.geometry.defect_orders().outer_race, one.geometry.defect_orders().inner_race)
+    )
+    meshes = tuple(gear.mesh_order for gear in recording.nameplate.gears if gear.mesh_order < 60)
+    hint = recording.condition.speed_rpm
+    if speed is None and hint != 0:
+        speed = speed_from_vibration(
+            usable.signals,
+            rate_hz=usable.rate_hz,
+            hint_hz=None if hint is None else hint / 60.0,
+            known_orders=meshes,
+            bearing_orders=bearings,
+        )
+    turning = speed is not None or _has_lines(usable)
+    if turning and hint and (speed is None or speed.confidence < _TRUSTED_SPEED):
+        speed = SpeedEstimate(hint / 60, hint / 60 * 0.97, hint / 60 * 1.03, 0.3, "hint only")
+    tracked, order_tracked = _order_tracked(usable, speed, times, recording.pulses_per_revolution)
+    return _measure(tracked, speed, tuple(checks), order_tracked, turning)
+
+
+def _usable(recording: Recording) -> tuple[Recording, list[DataCheck]]:
+    checks: list[DataCheck] = []
+    kept: list[int] = []
+    for index, channel in enumerate(recording.channels):
+        if not channel.is_vibration:
+            continue
+        found = check_channel(recording.signals[index], rate_hz=recording.rate_hz, name=channel.name)
+        checks += found
+        if not any(check.code in UNUSABLE for check in found):
+            kept.append(index)
+    part = recording.select(kept)
+    signals = np.stack([repair(row) for row in part.signals]) if kept else np.zeros((0, recording.samples))
+    if kept:
+        signals = signals - signals.mean(axis=1, keepdims=True)
+    return replace(part, signals=signals), checks
+
+
+def _tacho_speed(recording: Recording) -> tuple[SpeedEstimate | None, np.ndarray | None]:
+    for index, channel in enumerate(recording.channels):
+        if channel.quantity == "tacho":
+            found = speed_from_tacho(
+                repair(recording.signals[index]),
+                rate_hz=recording.rate_hz,
+                pulses_per_revolution=recording.pulses_per_revolution,
+            )
+            if found is not None:
+                return found
+    return None, None
+
+
+def _has_lines(recording: Recording) -> bool:
+    """Return whether any channel has a line that noise would make in one recording out of a million."""
+    if not recording.channels:
+        return False
+    spectrum = spectrum_with_floor(recording.signals, rate_hz=recording.rate_hz, floor_width_hz=20.0)
+    return bool((spectrum.power_ratio[:, 2:] > np.log(spectrum.power_ratio.size / 1e-6)).any())
+
+
+def _order_tracked(
+    recording: Recording, speed: SpeedEstimate | None, times: np.ndarray | None, pulses_per_revolution: float
+) -> tuple[Recording, bool]:
+    """Return the recording resampled to constant shaft angle, where a tacho shows that the speed varies."""
+    if speed is None or times is None or speed.variation < 5e-4:
+        return recording, False
+    phase = phase_from_pulses(
+        times, samples=recording.samples, rate_hz=recording.rate_hz, pulses_per_revolution=pulses_per_revolution
+    )
+    per_turn = int(recording.rate_hz / speed.speed_hz)
+    if per_turn < 8 or np.any(np.diff(phase) <= 0):
+        return recording, False
+    signals = angular_resample(recording.signals, phase_turns=phase, samples_per_turn=per_turn)
+    return replace(recording, signals=signals, rate_hz=per_turn * speed.speed_hz), True
+
+
+def _measure(
+    recording: Recording, speed: SpeedEstimate | None, checks: tuple[DataCheck, ...], order_tracked: bool, turning: bool
+) -> Observation:
+    if not recording.channels or recording.samples < 256:
+        empty = Spectrum(np.linspace(0, 1, 16), np.zeros((len(recording.channels), 16)), np.ones((len(recording.channels), 16)))
+        return Observation(recording, None, checks, empty, (), 1e9, 0, False, False)
+    width = 20.0 if speed is None else max(speed.speed_hz, 8.0)
+    spectrum = spectrum_with_floor(recording.signals, rate_hz=recording.rate_hz, floor_width_hz=width)
+    envelopes = () if speed is None else tuple(_envelopes(recording, speed.speed_hz))
+    tested = 60 * len(recording.channels) + 12 * max(len(recording.nameplate.bearings), 1) * 8 * len(envelopes)
+    return Observation(
+        recording, speed, checks, spectrum, envelopes, float(np.log(tested / _FALSE_ALARM)), tested, order_tracked, turning
+    )
+
+
+def _envelopes(recording: Recording, speed_hz: float) -> list[EnvelopeSpectrum]:
+    fastest = max((_highest_order(one) for one in recording.nameplate.bearings), default=6.0)
+    low = _LOWEST_CARRIER_ORDER * speed_hz
+    high = 0.49 * recording.rate_hz
+    narrowest = 3.0 * fastest * speed_hz
+    if high - low < narrowest:
+        low = min(low, 0.25 * high)
+    bands = demodulation_bands(lowest_hz=low, highest_hz=high, narrowest_hz=narrowest)
+    return envelope_spectra(
+        recording.signals,
+        rate_hz=recording.rate_hz,
+        bands=bands,
+        highest_line_hz=4.5 * fastest * speed_hz,
+        floor_width_hz=max(speed_hz, 8.0),
+    )
+
+
+def _highest_order(bearing: MountedBearing) -> float:
+    return bearing.geometry.defect_orders().inner_race * bearing.shaft_ratio

@@ -1,0 +1,168 @@
+"""Data checks before any diagnosis: is this a usable measurement of a turning machine?"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .spectrum import averaged_power_density
+
+#: Codes of findings that spoil a channel for diagnosis; the others only warn.
+UNUSABLE = ("dead", "mostly missing")
+
+
+@dataclass(frozen=True)
+class DataCheck:
+    """One defect of the data.
+
+    Attributes
+    ----------
+    code : str
+        ``"missing samples"``, ``"mostly missing"``, ``"dead"``, ``"dropouts"``, ``"clipping"``, ``"offset"``,
+        ``"drift"``, ``"aliasing"``, ``"coarse"``, ``"short"``, ``"not turning"``.
+    channel : str
+    message : str
+        What was seen, with numbers, and what to do.
+    severity : float
+        0 (a note) to 1 (the channel cannot be trusted).
+    """
+
+    code: str
+    channel: str
+    message: str
+    severity: float
+
+
+def check_channel(signal: np.ndarray, *, rate_hz: float, name: str) -> list[DataCheck]:
+    """Return the defects of one channel.
+
+    Parameters
+    ----------
+    signal : numpy.ndarray, shape (samples,)
+    rate_hz : float
+    name : str
+        For the messages.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> wave = np.sin(np.arange(10000) * 0.05)
+    >>> [check.code for check in check_channel(np.clip(wave, -0.7, 0.7), rate_hz=1000, name="x")]
+    ['clipping']
+    """
+    found: list[DataCheck] = []
+    finite = np.isfinite(signal)
+    if not finite.all():
+        share = 1.0 - float(finite.mean())
+        code = "mostly missing" if share > 0.2 else "missing samples"
+        found.append(
+            DataCheck(code, name, f"{name}: {share:.2%} of the samples are missing (NaN or infinite).", min(1.0, 5 * share))
+        )
+        if code == "mostly missing":
+            return found
+        signal = signal[finite]
+    if signal.size == 0 or float(np.ptp(signal)) == 0.0:
+        found.append(DataCheck("dead", name, f"{name}: constant signal, no sensor or no cable.", 1.0))
+        return found
+    for check in (_dropouts, _clipping, _offset_and_drift, _coarse):
+        found += check(signal, name)
+    return found + _aliasing(signal, rate_hz, name)
+
+
+def _dropouts(signal: np.ndarray, name: str) -> list[DataCheck]:
+    """Find stretches held at one value in the middle of a moving signal."""
+    same = np.concatenate([[False], np.diff(signal) == 0, [False]])
+    edges = np.flatnonzero(np.diff(same.astype(np.int8)))
+    lengths = edges[1::2] - edges[::2]
+    low, high = np.percentile(signal, [0.5, 99.5])
+    starts = edges[::2]
+    inside = (signal[starts] > low) & (signal[starts] < high) if starts.size else np.empty(0, dtype=bool)
+    typical = float(np.median(lengths)) if lengths.size else 0.0
+    long_stretches = inside & (lengths > max(30, 30 * typical))
+    lost = int(lengths[long_stretches].sum())
+    if lost < max(30, 0.001 * signal.size):
+        return []
+    message = f"{name}: {int(long_stretches.sum())} dropouts, {lost / signal.size:.1%} of the samples held at one value."
+    return [DataCheck("dropouts", name, message, min(1.0, 0.3 + 5 * lost / signal.size))]
+
+
+def _clipping(signal: np.ndarray, name: str) -> list[DataCheck]:
+    """Find a heap of samples at an end of the range, denser than the samples just inside it.
+
+    A sine puts at most 2.4 times as many samples in the outermost slice as in the next one; clipping piles them up.
+    """
+    span = float(np.ptp(signal))
+    slice_width = 2e-3 * span
+    worst = 0
+    for extreme in (signal - signal.min(), signal.max() - signal):
+        outer = int((extreme < 0.5 * slice_width).sum())
+        following = int(((extreme >= 0.5 * slice_width) & (extreme < 3 * slice_width)).sum())
+        runs = int(((extreme[1:] == extreme[:-1]) & (extreme[1:] == 0)).sum())
+        if outer > max(8, 2e-5 * signal.size) and outer > 3 * max(following, 1) and runs >= 4:
+            worst = max(worst, outer)
+    if not worst:
+        return []
+    share = worst / signal.size
+    message = f"{name}: clipped, {worst} samples ({share:.2%}) lie at the end of the range. Reduce the gain and repeat."
+    return [DataCheck("clipping", name, message, min(1.0, 0.4 + 20 * share))]
+
+
+def _offset_and_drift(signal: np.ndarray, name: str) -> list[DataCheck]:
+    mean, deviation = float(signal.mean()), float(signal.std())
+    found = []
+    if abs(mean) > 20 * deviation:
+        message = f"{name}: constant offset {mean:.3g} is {abs(mean) / deviation:.0f} times the vibration; removed."
+        found.append(DataCheck("offset", name, message, 0.0))
+    parts = np.array_split(signal, 20)
+    if signal.size >= 2000:
+        means = np.array([part.mean() for part in parts])
+        rest = float(np.median([part.std() for part in parts]))
+        if np.ptp(means) > 5 * rest and rest > 0:
+            message = f"{name}: the mean drifts by {np.ptp(means):.3g}, {np.ptp(means) / rest:.0f} times the vibration."
+            found.append(DataCheck("drift", name, message, 0.4))
+    return found
+
+
+def _coarse(signal: np.ndarray, name: str) -> list[DataCheck]:
+    """Find a quantisation step that is large beside the vibration."""
+    steps = np.unique(signal[: 20000])
+    if steps.size > 200 or signal.size < 1000:
+        return []
+    step = float(np.median(np.diff(steps))) if steps.size > 1 else 0.0
+    deviation = float(signal.std())
+    if step < 0.5 * deviation:
+        return []
+    message = f"{name}: resolution step {step:.3g} beside a vibration of {deviation:.3g} rms. Increase the gain."
+    return [DataCheck("coarse", name, message, 0.5)]
+
+
+def _aliasing(signal: np.ndarray, rate_hz: float, name: str) -> list[DataCheck]:
+    """Suspect aliasing when the spectrum is not rolled off at the end of the band.
+
+    An anti-alias filter leaves the last part of the band far below the rest. A spectrum that rises towards the end, well
+    above its own middle, has energy that must continue beyond it. A flat noise floor says nothing.
+    """
+    if signal.size < 4096:
+        return []
+    _, density = averaged_power_density(signal[None, : 1 << 19], rate_hz=rate_hz, segment_samples=2048)
+    band = density[0]
+    count = band.size
+    end = float(np.median(band[int(0.97 * count) : -2]))
+    middle = float(np.median(band[int(0.2 * count) : int(0.8 * count)]))
+    if end < 4 * middle:
+        return []
+    message = (
+        f"{name}: the spectrum is strongest at the end of its band ({10 * np.log10(end / middle):.0f} dB above the middle): "
+        "content beyond half the sampling rate may be folded in. Was there an anti-alias filter?"
+    )
+    return [DataCheck("aliasing", name, message, 0.3)]
+
+
+def repair(signal: np.ndarray) -> np.ndarray:
+    """Return the signal with missing samples interpolated linearly; unchanged when none is missing."""
+    finite = np.isfinite(signal)
+    if finite.all():
+        return signal
+    index = np.arange(signal.size)
+    return np.interp(index, index[finite], signal[finite])
