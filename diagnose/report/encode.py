@@ -11,6 +11,7 @@ import numpy as np
 from ...simulators.errors import InvalidValueError
 
 _FLOOR_POINTS = 800
+_LARGEST = 1.79e308  # rounding a larger number would overflow
 
 
 class RawJson(str):
@@ -51,14 +52,22 @@ def peak_preserving_indices(y: np.ndarray, limit: int) -> np.ndarray:
 def numbers(values: np.ndarray, *, digits: int = 4) -> RawJson:
     """Return a JSON array of numbers rounded to this many significant digits; null where not finite."""
     flat = np.asarray(values, dtype=float).ravel()
-    if np.isfinite(flat).all():
+    usable = np.abs(flat) < _LARGEST
+    if usable.all():
         return RawJson("[" + (f"%.{digits}g," * flat.size % tuple(flat.tolist()))[:-1] + "]")
-    words = (f"{value:.{digits}g}" if math.isfinite(value) else "null" for value in flat.tolist())
+    words = (
+        f"{value:.{digits}g}" if good else "null" for value, good in zip(flat.tolist(), usable, strict=True)
+    )
     return RawJson("[" + ",".join(words) + "]")
 
 
 def encode_curve(
-    x: np.ndarray, y: np.ndarray, *, limit: int, floor: np.ndarray | None = None
+    x: np.ndarray,
+    y: np.ndarray,
+    *,
+    limit: int,
+    floor: np.ndarray | None = None,
+    focus: float | None = None,
 ) -> dict[str, Any]:
     """Return a curve, thinned to at most ``limit`` points with its peaks kept, ready for ``to_json``.
 
@@ -72,6 +81,8 @@ def encode_curve(
         Most points kept.
     floor : numpy.ndarray, shape (samples,), optional
         A smooth second curve over the same x; it is thinned evenly.
+    focus : float, optional
+        Up to this x the reader looks closely: that part gets most of the points.
 
     Returns
     -------
@@ -90,12 +101,21 @@ def encode_curve(
         raise InvalidValueError(
             f"Curve with {sizes} samples; allowed: the same number in each. Check the analysis."
         )
-    keep = peak_preserving_indices(y, limit)
+    keep = _focused_indices(x, y, limit, focus)
     coded = {"total": y.size, "shown": keep.size, "y": numbers(y[keep]), **_positions(x, keep)}
     if floor is not None:
         every = np.unique(np.linspace(0, y.size - 1, min(y.size, _FLOOR_POINTS)).astype(int))
         coded["floor"] = {"y": numbers(np.ravel(floor)[every]), **_positions(x, every)}
     return coded
+
+
+def _focused_indices(x: np.ndarray, y: np.ndarray, limit: int, focus: float | None) -> np.ndarray:
+    near = int(np.count_nonzero(x <= focus)) if focus is not None else 0
+    if y.size <= limit or not 0 < near < y.size:
+        return peak_preserving_indices(y, limit)
+    first = peak_preserving_indices(y[:near], limit * 3 // 4)
+    rest = peak_preserving_indices(y[near:], limit - first.size)
+    return np.concatenate([first, near + rest])
 
 
 def _positions(x: np.ndarray, keep: np.ndarray) -> dict[str, Any]:

@@ -7,10 +7,9 @@ from typing import Any
 from .text import escape
 
 _TITLES = {"spectrum": "Spectrum", "envelope": "Envelope spectrum", "waveform": "Waveform"}
-_CURVES = {
-    "spectrum": "Amplitudes are peak values of a sine. Grey: noise floor. Rings: lines behind the findings.",
-    "envelope": "Spectrum of the demodulated signal. Grey: noise floor. Rings: lines behind the findings.",
-    "waveform": "",
+_CAPTIONS = {
+    "spectrum": "Amplitudes are peak values of a sine.",
+    "envelope": "Spectrum of the demodulated signal.",
 }
 
 
@@ -30,20 +29,22 @@ def figures(payload: dict[str, Any], uid: str, level: int) -> str:
     if payload["map"]:
         blocks.append(_single("map", "Level over time", payload["map"], uid, level))
     blocks.append(_spectral("envelope", payload, uid, level))
+    pair = ""
     if payload["orbit"]:
-        blocks.append(_single("orbit", "Shaft orbit", payload["orbit"], uid, level))
+        pair = _single("orbit", "Shaft orbit", payload["orbit"], uid, level)
     if payload["waveform"]:
         chooser = channel_chooser(payload["waveform"], f"{uid}-waveform")
-        blocks.append(figure("waveform", _TITLES["waveform"], chooser, "", level))
-    return "".join(blocks)
+        pair += figure("waveform", _TITLES["waveform"], chooser, "", level)
+    return "".join(blocks) + (f'<div class="pair">{pair}</div>' if pair else "")
 
 
 def figure(kind: str, title: str, controls: str, caption: str, level: int, *, css: str = "") -> str:
     """Return one figure. Title and caption are plain text, controls are HTML."""
     bar = f'<div class="controls">{controls}</div>' if controls else ""
+    save = '<button type="button" class="save" data-role="save">Save picture</button>'
     return (
         f'<figure class="plot {css}" data-plot="{kind}" data-caption="{escape(caption)}">'
-        f"<h{level}>{escape(title)}</h{level}>{bar}"
+        f'<div class="head"><h{level}>{escape(title)}</h{level}>{save}</div>{bar}'
         f'<div class="canvas" role="img" aria-label="{escape(title)}"></div>'
         f"<figcaption>{escape(caption)}</figcaption></figure>"
     )
@@ -73,10 +74,18 @@ def _spectral(kind: str, payload: dict[str, Any], uid: str, level: int) -> str:
         '<button type="button" data-zoom="all">Whole range</button></span>'
         + _cursor_boxes(payload["cursors"])
     )
-    caption = _CURVES[kind]
-    if any("base" in channel for channel in payload[kind]):
-        caption += " Orange: baseline."
-    return figure(kind, _TITLES[kind], controls, caption, level)
+    return figure(kind, _TITLES[kind], controls + _legend(payload[kind]), _CAPTIONS[kind], level)
+
+
+def _legend(channels: list[dict[str, Any]]) -> str:
+    entries = ['<span class="key-curve">this recording</span>']
+    if any("base" in channel for channel in channels):
+        entries.append('<span class="key-base">baseline</span>')
+    if any("floor" in channel["curve"] for channel in channels):
+        entries.append('<span class="key-floor">noise floor</span>')
+    if any(channel["lines"] for channel in channels):
+        entries.append('<span class="ring">line behind a finding</span>')
+    return f'<p class="legend">{"".join(entries)}</p>'
 
 
 def channel_chooser(channels: list[dict[str, Any]], identifier: str) -> str:

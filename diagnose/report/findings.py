@@ -92,7 +92,7 @@ def facts_block(analysis: Analysis) -> str:
     rows += [
         ("Baseline", f'<span class="path">{baseline}</span>'),
         (f"Channels ({len(analysis.channels)})", ", ".join(map(escape, analysis.channels)) or "none"),
-        ("Sampling rate", f"{number(analysis.rate_hz, digits=6)} Hz"),
+        ("Sampling rate", f"{analysis.rate_hz:.9g} Hz"),
         ("Length", duration(analysis.duration_s)),
         ("Spectral lines tested", str(analysis.tests)),
     ]

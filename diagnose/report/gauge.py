@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 from ..result import Analysis, Severity
 from .text import escape, number
@@ -30,12 +31,16 @@ def severity_block(analysis: Analysis) -> str:
 def _gauge(severity: Severity) -> str:
     mark = "" if severity.verified else ' <span class="unverified">unverified table</span>'
     letter = severity.zone if severity.zone in "ABCD" and len(severity.zone) == 1 else "x"
-    value = f"{number(severity.value)} {escape(severity.unit)}"
+    value = f"{number(severity.value)} {_unit(severity)}"
     return (
         f'<div class="gauge"><p class="gauge-head"><span class="zone zone-{letter}">'
         f"Zone {escape(severity.zone)}</span> "
         f"<b>{value}</b> on {escape(severity.channel)}{mark}</p>{_bar(severity)}{_source(severity)}</div>"
     )
+
+
+def _unit(severity: Severity) -> str:
+    return "µm" if severity.unit == "um" else escape(severity.unit)
 
 
 def _bar(severity: Severity) -> str:
@@ -47,9 +52,10 @@ def _bar(severity: Severity) -> str:
     spoken = f"{number(severity.value)} {severity.unit}, zone {severity.zone}; boundaries " + ", ".join(
         number(bound) for bound in bounds
     )
+    widths = [100 * (high - low) / end for low, high in pairwise(edges)]
     segments = "".join(
-        f'<span class="seg zone-{letter}" style="width:{100 * (high - low) / end:.2f}%">{letter}</span>'
-        for letter, low, high in zip("ABCD", edges[:-1], edges[1:], strict=False)
+        f'<span class="seg zone-{letter}" style="width:{width:.2f}%"><b>{letter}</b></span>'
+        for letter, width in zip("ABCD", widths, strict=False)
     )
     ticks = "".join(
         f'<span class="tick" style="left:{100 * b / end:.2f}%">{number(b)}</span>' for b in bounds
@@ -78,7 +84,7 @@ def _marker(value: float, end: float) -> str:
 def _source(severity: Severity) -> str:
     confidence = _CONFIDENCE.get(severity.confidence, severity.confidence)
     parts = [
-        f"{escape(severity.quantity)} in {escape(severity.unit)}.",
+        f"{escape(severity.quantity[:1].upper() + severity.quantity[1:])} in {_unit(severity)}.",
         f"{escape(severity.standard)}, {escape(severity.table)}.",
         f"Numbers from: {escape(severity.source)}; confidence {escape(confidence)}.",
     ]
@@ -87,7 +93,7 @@ def _source(severity: Severity) -> str:
             "<b>These boundaries rest on a weak source: check them against the standard before acting.</b>"
         )
     limits = [
-        f"{name} {number(limit)} {escape(severity.unit)} (dashed)"
+        f"{name} {number(limit)} {_unit(severity)} (dashed)"
         for name, limit in (("alarm", severity.alarm), ("trip", severity.trip))
         if limit is not None
     ]

@@ -16,7 +16,8 @@ from .text import clean, decibels, display_unit, file_name, fixed
 POINT_LIMIT = 8000
 _FEWEST_POINTS = 1200
 _POINTS_OF_ALL_FILES = 60_000
-_MAP_CELLS = 60_000
+# A map with more rows or columns than pixels would lose lines when the browser draws it.
+_MAP_ROWS, _MAP_COLUMNS = 220, 250
 
 
 def point_limit(files: int) -> int:
@@ -36,22 +37,39 @@ def build_payload(analysis: Analysis, *, limit: int) -> dict[str, Any]:
     """
     pictures, lines = analysis.pictures, list(evidence_lines(analysis))
     baselines = {curve.channel: curve for curve in pictures.baseline_spectra}
+    focus = _focus(analysis, lines)
     seen = {kind: [line for line in lines if line.spectrum == kind] for kind in ("spectrum", "envelope")}
     return {
         "speedHz": analysis.speed.speed_hz if analysis.speed else None,
-        "spectrum": [_channel(curve, limit, seen["spectrum"], baselines) for curve in pictures.spectra],
-        "envelope": [_channel(curve, limit, seen["envelope"], {}) for curve in pictures.envelopes],
-        "waveform": [_channel(curve, limit, [], {}) for curve in pictures.waveforms],
+        "spectrum": [
+            _channel(curve, limit, focus, seen["spectrum"], baselines) for curve in pictures.spectra
+        ],
+        "envelope": [_channel(curve, limit, focus, seen["envelope"], {}) for curve in pictures.envelopes],
+        "waveform": [_channel(curve, limit, None, [], {}) for curve in pictures.waveforms],
         "cursors": cursor_groups(pictures, lines),
         "map": _map(pictures.order_map, limit),
         "orbit": _orbit(pictures.orbit, limit),
     }
 
 
-def _channel(curve: Curve, limit: int, lines: list[Line], baselines: dict[str, Curve]) -> dict[str, Any]:
+def _focus(analysis: Analysis, lines: list[Line]) -> float | None:
+    """Return the highest frequency with a marker, a little widened: where the reader zooms in."""
+    marks = [cursor.frequency_hz for cursor in analysis.pictures.cursors] + [
+        line.frequency_hz for line in lines
+    ]
+    if analysis.speed:
+        marks.append(10 * analysis.speed.speed_hz)
+    return 1.1 * max((mark for mark in marks if np.isfinite(mark)), default=0.0) or None
+
+
+def _channel(
+    curve: Curve, limit: int, focus: float | None, lines: list[Line], baselines: dict[str, Curve]
+) -> dict[str, Any]:
     factor, unit = display_unit(curve.y_unit)
     floor = None if curve.noise_floor is None else factor * np.asarray(curve.noise_floor, dtype=float)
-    coded = encode_curve(curve.x, factor * np.asarray(curve.y, dtype=float), limit=limit, floor=floor)
+    coded = encode_curve(
+        curve.x, factor * np.asarray(curve.y, dtype=float), limit=limit, floor=floor, focus=focus
+    )
     notes = [clean(curve.note)] if curve.note else []
     if coded["shown"] < coded["total"]:
         notes.append(
@@ -70,7 +88,9 @@ def _channel(curve: Curve, limit: int, lines: list[Line], baselines: dict[str, C
     base = baselines.get(curve.channel)
     if base is not None:
         base_factor, _ = display_unit(base.y_unit)
-        channel["base"] = encode_curve(base.x, base_factor * np.asarray(base.y, dtype=float), limit=limit)
+        channel["base"] = encode_curve(
+            base.x, base_factor * np.asarray(base.y, dtype=float), limit=limit, focus=focus
+        )
     return channel
 
 
@@ -110,21 +130,26 @@ def _map(order_map: dict | None, limit: int) -> dict[str, Any] | None:
     if not order_map or not np.size(order_map["level_db"]):
         return None
     levels = np.atleast_2d(np.asarray(order_map["level_db"], dtype=float))
-    cells = _MAP_CELLS * limit / POINT_LIMIT
-    columns = max(1, min(levels.shape[1], int(np.sqrt(cells * 1.2))))
-    pooled, per_row, per_column = pool_map(levels, max(1, int(cells / columns)), columns)
+    shrink = (limit / POINT_LIMIT) ** 0.5
+    pooled, per_row, per_column = pool_map(levels, int(_MAP_ROWS * shrink), int(_MAP_COLUMNS * shrink))
     note = "Colour is the level in dB."
     if per_row * per_column > 1:
         note += f" Each cell shows the highest of {per_row} × {per_column} values, so that no line is lost."
     rows = [RawJson(numbers(np.round(row, 1))) for row in pooled]
     return {
-        "time": numbers(np.asarray(order_map["time_s"], dtype=float)[::per_column], digits=6),
-        "y": numbers(np.asarray(order_map["order_or_hz"], dtype=float)[::per_row], digits=6),
+        "time": numbers(_centres(order_map["time_s"], per_column), digits=6),
+        "y": numbers(_centres(order_map["order_or_hz"], per_row), digits=6),
         "z": rows,
         "axis": "Order" if order_map.get("axis") == "order" else "Frequency (Hz)",
         "channel": clean(order_map.get("channel", "")),
         "note": note,
     }
+
+
+def _centres(values: Any, size: int) -> np.ndarray:
+    positions = np.asarray(values, dtype=float)
+    starts = np.arange(0, positions.size, size)
+    return np.add.reduceat(positions, starts) / np.diff(starts, append=positions.size)
 
 
 def _orbit(orbit: dict | None, limit: int) -> dict[str, Any] | None:

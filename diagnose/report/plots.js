@@ -62,8 +62,7 @@ function layout(canvas, more) {
 
 function config() {
   return {
-    responsive: true, displaylogo: false, showTips: false,
-    modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d", "hoverClosestCartesian", "hoverCompareCartesian", "toggleSpikelines"],
+    responsive: true, displayModeBar: false, displaylogo: false, showTips: false,
   };
 }
 
@@ -213,7 +212,7 @@ function drawMap(state) {
   const levels = map.z.flat().filter((value) => value !== null).sort((a, b) => a - b);
   const trace = {
     type: "heatmap", x: map.time, y: map.y, z: map.z, colorscale: "Viridis",
-    zmin: levels[Math.floor(levels.length * 0.1)], zmax: levels[levels.length - 1],
+    zmin: levels[Math.floor(levels.length * 0.5)], zmax: levels[levels.length - 1],
     colorbar: { title: { text: "dB", side: "top" }, thickness: 10, outlinewidth: 0, xpad: 4, tickfont: { size: 11 } },
     hovertemplate: "%{x:.4g} s<br>%{y:.4g} " + (map.axis === "Order" ? "× shaft speed" : "Hz") + "<br>%{z:.1f} dB<extra></extra>",
   };

@@ -33,6 +33,10 @@ function startFigure(figure, payload) {
   figure.querySelectorAll("button[data-zoom]").forEach((button) => {
     button.addEventListener("click", () => { state.zoom = button.dataset.zoom; state.range = null; redraw(); });
   });
+  figure.querySelector('[data-role="save"]').addEventListener("click", () => {
+    const name = figure.querySelector(".head").firstElementChild.textContent.replace(/[^\w-]+/g, "_");
+    Plotly.downloadImage(state.canvas, { format: "png", scale: 2, filename: name });
+  });
   drawnFigures.push({ state: state, redraw: redraw });
   redraw();
 }

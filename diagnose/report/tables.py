@@ -9,14 +9,13 @@ from .text import MISSING, cell, decibels, display_unit, escape, fault_words, fi
 
 _EVIDENCE_HEADS = (
     "Line",
-    "Channel",
-    "Seen in",
+    "Where",
     "Order",
     "Expected order",
     "Frequency (Hz)",
     "Amplitude",
     "Noise floor",
-    "Signal to noise (dB)",
+    "Signal over noise (dB)",
     "Baseline",
     "Change (dB)",
     "Speaks for",
@@ -73,8 +72,8 @@ def _evidence_row(line: Line, faults: list[str]) -> str:
     signed = MISSING if change is None else f"{change:+.1f}"
     speaks_for = "; ".join(escape(fault_words(fault)) for fault in faults)
     return (
-        f'<tr><th scope="row">{escape(line.name)}</th><td>{escape(line.channel)}</td>'
-        f"<td>{escape(line.spectrum)}</td>"
+        f'<tr><th scope="row">{escape(line.name)}</th><td>{escape(line.channel)}, '
+        f"{escape(line.spectrum)}</td>"
         + cell(fixed(line.order, 3), line.order)
         + cell(fixed(line.expected_order, 3), line.expected_order)
         + cell(fixed(line.frequency_hz, 2), line.frequency_hz)

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from rotorwise.diagnose.result import (
     Analysis,
     Cursor,
@@ -107,9 +106,9 @@ class Maker:
             Finding(
                 "bearing_outer_race",
                 0.963,
-                "Envelope lines at 1 to 4 times the outer-race frequency of the 6205, 35 dB above the noise floor.",
+                "Envelope lines at 1 to 4 times the outer-race frequency of the 6205, 35 dB above the noise.",
                 race,
-                "Listen at the drive-end bearing, take a grease sample, inspect the outer race at the next stop.",
+                "Listen at the drive-end bearing, take a grease sample, inspect the race at the next stop.",
             ),
             Finding(
                 "unbalance",
@@ -141,8 +140,8 @@ class Maker:
             Severity(
                 "API 617",
                 "shaft displacement",
-                "D",
-                95.0,
+                "B",
+                18.0,
                 "um",
                 "displacement, peak-peak",
                 (12.0, 25.0, 40.0),
@@ -193,7 +192,9 @@ class Maker:
 
     def bare(self, **changes: object) -> Analysis:
         """Return an analysis in which everything that may be empty is empty."""
-        empty = Analysis("a.csv", "Nothing evident.", (), (), "The unit is unknown.", None, (), (), 1000.0, 1.0)
+        empty = Analysis(
+            "a.csv", "Nothing evident.", (), (), "The unit is unknown.", None, (), (), 1000.0, 1.0
+        )
         return replace(empty, **changes)
 
 
