@@ -78,7 +78,7 @@ def is_index(name: str) -> bool:
 
 def is_other_axis(name: str) -> bool:
     """Whether a first column makes the table a spectrum or a run-up rather than a waveform."""
-    return _NOT_WAVEFORM.fullmatch(key_of(name)) is not None
+    return _NOT_WAVEFORM.fullmatch(key_of(re.sub(r"[(\[].*", "", name))) is not None
 
 
 def seconds_per(unit: str | None) -> float | None:

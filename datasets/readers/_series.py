@@ -37,6 +37,12 @@ class Header:
     notes: Mapping[str, str] = field(default_factory=dict)
 
 
+def starts_with(path: Path, magic: bytes) -> bool:
+    """Whether a file begins with these bytes."""
+    with path.open("rb") as handle:
+        return handle.read(len(magic)) == magic
+
+
 def gather(
     series: list[StoredSeries], header: Header, path: Path, *, start: int = 0, stop: int | None = None
 ) -> FileContent:

@@ -168,21 +168,17 @@ def _time_column(
         return _unnamed_time(values, layout)
     dropped = {c for c, (name, _) in enumerate(titles) if is_index(name) and is_row_count(values[:, c])}
     for column, (name, unit) in enumerate(titles):
+        unit = unit or (layout.units[column] if layout.units else None)
         if not is_time(name) and seconds_per(unit) is None:
             continue
-        if unit is None and is_row_count(values[:, column]):
+        if seconds_per(unit) is None and is_row_count(values[:, column]):
             text = (
                 f"Column {name!r} counts 0, 1, 2, ... without a unit: a row number, not time; it was left "
                 "out."
             )
             return None, 1.0, dropped | {column}, [text]
-        return column, _scale(column, unit, values, layout), dropped, []
+        return column, seconds_per(unit) or epoch_scale(float(values[0, column])), dropped, []
     return None, 1.0, dropped, []
-
-
-def _scale(column: int, unit: str | None, values: np.ndarray, layout: TextLayout) -> float:
-    unit = unit or (layout.units[column] if layout.units else None)
-    return seconds_per(unit) or epoch_scale(float(values[0, column]))
 
 
 def _unnamed_time(values: np.ndarray, layout: TextLayout) -> tuple[int | None, float, set[int], list[str]]:

@@ -8,7 +8,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 from ..units import parse_unit
-from ._names import seconds_per
+from ._names import number_in, seconds_per
 
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?|[-+]?(nan|inf|infinity)", re.IGNORECASE)
 _NUMBER_COMMA = re.compile(r"[-+]?(\d+(,\d+)?|,\d+)([eE][-+]?\d+)?|[-+]?(nan|inf|infinity)", re.IGNORECASE)
@@ -229,12 +229,20 @@ def _preamble(
         if width > 1 and len(cells) > width and any(cells[width:]):
             break
         cells = cells[:width]
-        if units is None and len(remaining) > 1 and all(_is_unit(cell) for cell in cells) and any(cells):
+        if units is None and _is_row_of_units(cells, remaining[:-1], separator):
             units = tuple(cells)
         else:
             header = tuple(cells)
         remaining.pop()
     return header, units, tuple(pair for line in remaining if (pair := _field(line, separator)))
+
+
+def _is_row_of_units(cells: list[str], above: list[str], separator: str | None) -> bool:
+    """Whether the cells are units under a row of names; channels may be named ``a`` and ``v`` like units."""
+    if not above or not any(cells) or not all(_is_unit(cell) for cell in cells):
+        return False
+    names = split_cells(above[-1], separator)
+    return len(names) >= len(cells) and not any(cell and number_in(cell) is not None for cell in names)
 
 
 def _is_unit(cell: str) -> bool:

@@ -88,8 +88,8 @@ def _tolerant(
 ) -> tuple[np.ndarray, list[str]]:
     import pandas as pd
 
-    # The widest possible row is declared, so that a row with too many cells is no error of the parser.
-    width = layout.columns + max(len(layout.extra_first_row), 20)
+    # Every cell gets a column, so that a row with too many is no error of the parser; the spare ones are dropped.
+    width = max(layout.columns, *(len(layout.split(line)) for line in lines))
     text = "\n".join(line.rstrip("\r\n") for line in lines)
     try:
         frame = pd.read_csv(
@@ -97,7 +97,6 @@ def _tolerant(
             sep=r"\s+" if layout.separator is None else layout.separator,
             header=None,
             names=list(range(width)),
-            usecols=list(range(layout.columns)),
             skip_blank_lines=True,
             skipinitialspace=True,
             index_col=False,

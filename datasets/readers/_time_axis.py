@@ -74,8 +74,12 @@ def is_steady_rise(values: np.ndarray) -> bool:
 
 
 def is_row_count(values: np.ndarray) -> bool:
-    """Whether a column is whole numbers going up by one: a row number, not time."""
-    return values.size >= 2 and bool(np.all(values == np.round(values)) and np.all(np.diff(values) == 1))
+    """Whether a column is whole numbers going up by one: a row number, not time.
+
+    Milliseconds since 1970 at 1000 Hz also do, but no file has that many rows.
+    """
+    whole = np.all(values == np.round(values)) and np.all(np.diff(values) == 1)
+    return values.size >= 2 and abs(float(values[0])) < 1e9 and bool(whole)
 
 
 def epoch_scale(first: float) -> float:

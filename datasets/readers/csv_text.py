@@ -7,6 +7,7 @@ read in chunks of lines, so a file larger than memory can be streamed.
 from __future__ import annotations
 
 import gzip
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
@@ -48,7 +49,7 @@ def recognises(path: Path, head: bytes) -> bool:
     if head.startswith(_GZIP):
         try:
             head = _head_of(path)
-        except (OSError, EOFError, ValueError):
+        except (OSError, EOFError, ValueError, zlib.error):
             return False
     if head.lstrip()[:1] in (b"<", b"{") or _is_uff(head):
         return False
@@ -140,7 +141,7 @@ def _take(lines: Iterator[str], count: int, notes: list[str]) -> list[str]:
     try:
         for line in islice(lines, count):
             out.append(line)
-    except (EOFError, OSError, ValueError) as error:
+    except (EOFError, OSError, ValueError, zlib.error) as error:
         notes.append(f"The compressed file is cut off or damaged ({error}); what comes before is used.")
     return out
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import UnreadableFileError
 from ..file_content import FileContent
-from ._series import split_blocks
+from ._series import split_blocks, starts_with
 from ._variables import Variable, content_of
 
 NAME = "NumPy"
@@ -35,11 +35,12 @@ def read(path: Path, *, start: int = 0, stop: int | None = None) -> FileContent:
     UnreadableFileError
         On object arrays (they would need pickle), more than two dimensions, truncated or corrupted files.
     """
-    if path.open("rb").read(6) == _NPY:
+    if starts_with(path, _NPY):
         array = np.load(path, mmap_mode="r", allow_pickle=False)
         _check(array, path, path.stem)
         return content_of([Variable("channel", array)], path, start=start, stop=stop)
-    with np.load(path, allow_pickle=False) as archive:
+    # Opened here, because NumPy leaves a damaged archive open.
+    with path.open("rb") as handle, np.load(handle, allow_pickle=False) as archive:
         variables = [_variable(name, archive[name]) for name in archive.files]
     names = next((one for one in variables if one.name == "channel_names"), None)
     units = next((one for one in variables if one.name == "units"), None)
@@ -49,7 +50,7 @@ def read(path: Path, *, start: int = 0, stop: int | None = None) -> FileContent:
 
 def blocks(path: Path, *, block_samples: int) -> Iterator[FileContent]:
     """Yield block by block; a compressed archive is loaded once."""
-    if path.open("rb").read(6) != _NPY:
+    if not starts_with(path, _NPY):
         yield from split_blocks(read(path), block_samples)
         return
     start, total = 0, 1

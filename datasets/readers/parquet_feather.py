@@ -10,7 +10,7 @@ import numpy as np
 from ..errors import UnreadableFileError
 from ..file_content import FileContent
 from ._names import is_index, is_label, is_rate, is_speed, is_time, positive, seconds_per, split_header_cell
-from ._series import Header, StoredSeries, gather
+from ._series import Header, StoredSeries, gather, starts_with
 from ._time_axis import epoch_scale, is_row_count, rate_from_times
 
 NAME = "Parquet or Feather"
@@ -32,7 +32,7 @@ def read(path: Path, *, start: int = 0, stop: int | None = None) -> FileContent:
     UnreadableFileError
         When a column holds text or lists (a data set of recordings is a table of another kind).
     """
-    table = _parquet(path) if path.open("rb").read(4) == b"PAR1" else _feather(path)
+    table = _parquet(path) if starts_with(path, b"PAR1") else _feather(path)
     with table:
         columns = [_Column(table, index, field) for index, field in enumerate(table.schema)]
         wrong = [one.name for one in columns if one.kind == "other"]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import gzip
 import struct
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -15,7 +17,7 @@ SAMPLES = 4096
 
 
 def signals() -> np.ndarray:
-    """Two channels of float32-exact noise with a sine, shape (2, SAMPLES), below 1 so that WAV can hold it."""
+    """Two channels of sine and noise, shape (2, SAMPLES), below 1 so that WAV can hold them."""
     rng = np.random.default_rng(20816)
     time = np.arange(SAMPLES) / RATE_HZ
     rows = [0.4 * np.sin(2 * np.pi * 50 * time), 0.1 * np.cos(2 * np.pi * 120 * time)]
@@ -92,7 +94,10 @@ def make_tdms(folder: Path, data: np.ndarray) -> Path:
     with TdmsWriter(path) as writer:
         for part in np.array_split(data, 3, axis=1):
             writer.write_segment(
-                [ChannelObject("g", name, values, properties) for name, values in zip(("ax", "ay"), part, strict=True)]
+                [
+                    ChannelObject("g", name, values, properties)
+                    for name, values in zip(("ax", "ay"), part, strict=True)
+                ]
             )
     return path
 
@@ -101,28 +106,35 @@ def make_uff(folder: Path, data: np.ndarray, *, binary: int = 1) -> Path:
     import pyuff
 
     path = folder / f"sample{binary}.uff"
-    file = pyuff.UFF(str(path))
-    for name, values in zip(("ax", "ay"), data, strict=True):
-        file.write_sets(
-            pyuff.prepare_58(
-                binary=binary,
-                func_type=1,
-                rsp_ent_name=name,
-                rsp_node=1,
-                rsp_dir=3,
-                ref_ent_name="NONE",
-                ref_node=0,
-                ref_dir=0,
-                id1="test",
-                data=values.astype(float),
-                x=np.arange(values.size) / RATE_HZ,
-                abscissa_spacing=1,
-                abscissa_spec_data_type=17,
-                ordinate_spec_data_type=12,
-                ordinate_axis_units_lab="m/s2",
-            ),
-            mode="add",
-        )
+    with warnings.catch_warnings():
+        # pyuff leaves the file it wrote open.
+        warnings.simplefilter("ignore", ResourceWarning)
+        file = pyuff.UFF(str(path))
+        for name, values in zip(("ax", "ay"), data, strict=True):
+            file.write_sets(
+                pyuff.prepare_58(
+                    binary=binary,
+                    func_type=1,
+                    rsp_ent_name=name,
+                    rsp_node=1,
+                    rsp_dir=3,
+                    ref_ent_name="NONE",
+                    ref_node=0,
+                    ref_dir=0,
+                    id1="test",
+                    data=values.astype(float),
+                    x=np.arange(values.size) / RATE_HZ,
+                    abscissa_inc=1 / RATE_HZ,
+                    abscissa_spacing=1,
+                    abscissa_spec_data_type=17,
+                    ordinate_spec_data_type=12,
+                    ordinate_axis_units_lab="m/s2",
+                    orddenom_spec_data_type=0,
+                    z_axis_spec_data_type=0,
+                ),
+                mode="add",
+            )
+        gc.collect()
     return path
 
 
