@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .metadata import Metadata
-    from .read import find_recordings, read, read_blocks
+    from .reading import find_recordings, read, read_blocks
     from .recording import Campaign, Channel, Nameplate, OperatingCondition, Recording
 
 _WHERE = {
@@ -17,9 +17,9 @@ _WHERE = {
     "Nameplate": "recording",
     "OperatingCondition": "recording",
     "Recording": "recording",
-    "find_recordings": "read",
-    "read": "read",
-    "read_blocks": "read",
+    "find_recordings": "reading",
+    "read": "reading",
+    "read_blocks": "reading",
 }
 
 __all__ = [

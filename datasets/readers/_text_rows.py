@@ -88,7 +88,8 @@ def _tolerant(
 ) -> tuple[np.ndarray, list[str]]:
     import pandas as pd
 
-    # Every cell gets a column, so that a row with too many is no error of the parser; the spare ones are dropped.
+    # Every cell gets a column, so that a row with too many is no error of the parser; the spare ones are
+    # dropped.
     width = max(layout.columns, *(len(layout.split(line)) for line in lines))
     text = "\n".join(line.rstrip("\r\n") for line in lines)
     try:

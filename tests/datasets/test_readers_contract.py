@@ -202,7 +202,8 @@ def test_prose_and_html_are_no_recording(tmp_path: Path) -> None:
 def test_scanning_imports_no_heavy_library() -> None:
     heavy = "pandas pyarrow h5py nptdms pyuff soundfile scipy"
     code = (
-        "import sys, rotorwise.datasets.readers as r, rotorwise.datasets as d; r.all_readers(); d.read; d.Metadata;"
+        "import sys, rotorwise.datasets.readers as r, rotorwise.datasets as d; r.all_readers(); d.read; "
+        "d.Metadata;"
         f"print([m for m in {heavy.split()!r} if m in sys.modules])"
     )
     done = subprocess.run(
