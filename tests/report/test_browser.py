@@ -9,14 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
 from rotorwise.diagnose.report import render_report, write_report
 
-pytestmark = [
-    pytest.mark.browser,
-    # selenium's own clean-up of its driver process is not ours to judge.
-    pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning"),
-]
+pytestmark = pytest.mark.browser
 
 FLAGS = (
     "--headless",
@@ -84,7 +79,8 @@ def click(page: Any, selector: str) -> None:
 
 def choose(page: Any, selector: str, value: str) -> None:
     page.execute_script(
-        "const s = document.querySelector(arguments[0]); s.value = arguments[1]; s.dispatchEvent(new Event('change'))",
+        "const s = document.querySelector(arguments[0]); s.value = arguments[1];"
+        " s.dispatchEvent(new Event('change'))",
         selector,
         value,
     )
@@ -92,7 +88,8 @@ def choose(page: Any, selector: str, value: str) -> None:
 
 def column(page: Any, table: str, index: int) -> list[str]:
     return page.execute_script(
-        "return [...document.querySelector(arguments[0]).tBodies[0].rows].map((r) => r.cells[arguments[1]].textContent)",
+        "return [...document.querySelector(arguments[0]).tBodies[0].rows]"
+        ".map((r) => r.cells[arguments[1]].textContent)",
         table,
         index,
     )
@@ -145,11 +142,13 @@ def test_cursors_stand_at_their_frequency_and_labels_do_not_overlap(
     for group in (2, 3, 4):
         click(page, f"{SPECTRUM} input[data-group='{group}']")
     places = page.execute_script(
-        f"return document.querySelector('{SPECTRUM} .canvas').layout.shapes.filter((s) => s.name === 'cursor-0').map((s) => s.x0)"
+        f"return document.querySelector('{SPECTRUM} .canvas').layout.shapes"
+        ".filter((s) => s.name === 'cursor-0').map((s) => s.x0)"
     )
     assert places == pytest.approx([29.532 * n for n in range(1, 11)])
     boxes = page.execute_script(
-        f"return [...document.querySelectorAll('{SPECTRUM} .annotation-text-g')].map((e) => e.getBoundingClientRect().toJSON())"
+        f"return [...document.querySelectorAll('{SPECTRUM} .annotation-text-g')]"
+        ".map((e) => e.getBoundingClientRect().toJSON())"
     )
     assert len(boxes) > 15
     for index, one in enumerate(boxes):
@@ -259,7 +258,10 @@ def test_printing_turns_a_dark_page_light(show: Callable[..., Any], make: Any) -
 
 
 def test_hostile_names_run_nothing(show: Callable[..., Any], make: Any) -> None:
-    bad = "</script><script>window.hit=1</script><img src=x onerror=window.hit=1><a href='javascript:window.hit=1'>x</a>"
+    bad = (
+        "</script><script>window.hit=1</script><img src=x onerror=window.hit=1>"
+        "<a href='javascript:window.hit=1'>x</a>"
+    )
     pictures = make.pictures()
     pictures = replace(
         pictures,

@@ -30,13 +30,58 @@ HOSTILE = (
     "bad\udc80name\x00.wav",
     "&lt;b&gt; %{x} \\u003c",
 )
-ALLOWED_TAGS = set(
-    """
-    html head meta title style body main article section header p b strong h1 h2 h3 h4 h5 div span i em ul ol
-    li dl dt dd figure figcaption label select option optgroup button fieldset legend input table caption thead
-    tbody tr th td a details summary noscript script
-    """.split()
-)
+ALLOWED_TAGS = {
+    "html",
+    "head",
+    "meta",
+    "title",
+    "style",
+    "body",
+    "main",
+    "article",
+    "section",
+    "header",
+    "p",
+    "b",
+    "strong",
+    "h1",
+    "h2",
+    "h3",
+    "h4",
+    "h5",
+    "div",
+    "span",
+    "i",
+    "em",
+    "ul",
+    "ol",
+    "li",
+    "dl",
+    "dt",
+    "dd",
+    "figure",
+    "figcaption",
+    "label",
+    "select",
+    "option",
+    "optgroup",
+    "button",
+    "fieldset",
+    "legend",
+    "input",
+    "table",
+    "caption",
+    "thead",
+    "tbody",
+    "tr",
+    "th",
+    "td",
+    "a",
+    "details",
+    "summary",
+    "noscript",
+    "script",
+}
 
 
 class Page(HTMLParser):
