@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ._variables import Variable
+from ._names import is_rate, is_step
+from ._variables import DESCRIBING, Variable
 
 _HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
 _MATLAB_TEXT = b"MATLAB 7.3 MAT-file"
@@ -54,8 +55,13 @@ def _attributes(node: Any, prefix: str, found: list[Variable]) -> None:
             found.append(Variable(prefix + key, np.asarray(value)))
 
 
+def _is_wanted(key: str) -> bool:
+    return key.startswith("MATLAB_") or key.casefold() in DESCRIBING or is_rate(key) or is_step(key)
+
+
 def _dataset(name: str, node: Any) -> Variable | None:
-    attributes = dict(node.attrs.items())
+    # Only attributes that mean something here are touched: HDF5 itself can crash on damaged ones.
+    attributes = {key: node.attrs[key] for key in node.attrs if _is_wanted(key)}
     if attributes.get("MATLAB_empty") or attributes.get("MATLAB_class") == b"cell":
         return None
     if attributes.get("MATLAB_class") == b"char":

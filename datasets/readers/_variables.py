@@ -19,6 +19,10 @@ from ._series import Header, StoredSeries, gather
 from ._time_axis import rate_from_times
 
 _CWRU = re.compile(r"X(\d+)_?(?:(DE|FE|BA)_time|RPM)")
+NAMING = ("channels", "channel_names", "names", "columns", "name")
+UNIT_NAMING = ("unit", "units", "unit_string")
+#: Attributes of a variable that say something beside those named like a rate or a step.
+DESCRIBING = (*NAMING, *UNIT_NAMING, "rate")
 #: Stamps inspected for gaps and duplicates; the rate itself uses the first and the last stamp of the file.
 _STAMPS_CHECKED = 1_000_000
 
@@ -177,7 +181,7 @@ def _column_names(one: Variable, columns: int) -> list[str]:
 
 def _column_units(one: Variable, columns: int) -> list[str | None]:
     for key, value in one.attributes.items():
-        if key.casefold() in ("unit", "units", "unit_string"):
+        if key.casefold() in UNIT_NAMING:
             texts = _texts(value)
             if len(texts) == columns:
                 return list(texts)

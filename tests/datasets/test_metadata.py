@@ -67,8 +67,6 @@ def test_bearing_by_name_and_dimensions() -> None:
         "BPFO=3.0,BPFI=4.6",
         "BPFO=3.05",
         "BPFO=x,BPFI=4",
-    ]
-    + [
         "BPFO=3.05,BPFI=4.95,FTF=0.45",
         "BPFO=3.05,BPFI=4.95,BSF=4.0",
         "6205@0",
