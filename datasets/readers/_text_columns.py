@@ -50,10 +50,10 @@ class TimeStamps:
         self.scale = scale
         self._parts: list[np.ndarray] = []
 
-    def add(self, rows: Rows, count: int) -> None:
+    def add(self, rows: Rows) -> None:
         """Remember the stamps of the next rows."""
         if self.column is not None:
-            self._parts.append(rows.values[:count, self.column] * self.scale)
+            self._parts.append(rows.values[:, self.column] * self.scale)
 
     def restart(self) -> None:
         """Forget the stamps but the last one, which the next block's first step starts from."""

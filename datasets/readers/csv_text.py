@@ -58,31 +58,29 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, *, start: int = 0, stop: int | None = None) -> FileContent:
-    """Return samples ``start`` to ``stop``; lines before ``start`` are passed over, not parsed.
+    """Return samples ``start`` to ``stop``; rows before ``start`` are parsed but not kept.
 
     Raises
     ------
     UnreadableFileError
         On text that is no waveform: words in columns, a table over speed or frequency, too few rows.
     """
-    limit = None if stop is None else max(0, stop)
-    parts = list(_chunks(path, chunk_lines=_CHUNK_LINES, stop=limit))
-    last, state = parts[-1]
-    joined = (
-        np.concatenate([part.signals for part, _ in parts], axis=1)[:, start:]
-        if len(parts) > 1
-        else last.signals[:, start:]
-    )
+    kept: list[np.ndarray] = []
+    last: FileContent | None = None
+    state: _Parsed | None = None
+    for last, state in _chunks(path, chunk_lines=_CHUNK_LINES, stop=stop):  # noqa: B007
+        kept.append(last.signals[:, max(0, start - last.start_sample) :])
+    assert last is not None
+    assert state is not None
     rate, found = sampling_rate(state.stamps, state.layout)
-    total = state.rows if limit is None or state.rows < limit else None
-    warnings = dict.fromkeys((*state.warnings, *found, *(_block_size_warning(state, total))))
+    total = state.rows if stop is None or state.rows < stop else None
     return replace(
         last,
-        signals=joined,
+        signals=np.concatenate(kept, axis=1) if len(kept) > 1 else kept[0],
         rate_hz=rate,
         start_sample=min(start, state.rows),
         total_samples=total,
-        warnings=tuple(warnings),
+        warnings=tuple(dict.fromkeys((*state.warnings, *found, *_block_size_warning(state, total)))),
     )
 
 
@@ -196,7 +194,7 @@ def _first_chunk(rows: Rows, layout: TextLayout, path: Path, *, whole: bool) -> 
 def _content(rows: Rows, state: _Parsed, wanted: int) -> FileContent:
     values = rows.values[:wanted]
     columns = state.columns
-    state.stamps.add(rows, min(wanted, values.shape[0]))
+    state.stamps.add(rows)
     return FileContent(
         signals=np.ascontiguousarray(values[:, list(columns.signals)].T),
         channel_names=unique_names(list(columns.names)),
