@@ -45,7 +45,7 @@ def _strongest_lines(now: Observation, baseline: Observation | None, orders: tup
     return tuple(found)
 
 
-def _pattern(now: Observation) -> tuple[float, float, float | None]:
+def shaft_pattern(now: Observation) -> tuple[float, float, float | None]:
     """Return the shares of 1X and of 2X + 3X in the velocity energy, and the axial over radial level of 1X-3X."""
     radial = now.radial_channels()
     one = float(np.median([now.velocity_share(1, channel=channel) for channel in radial]))
@@ -73,7 +73,7 @@ def _shares(one: float, more: float, axial: float | None) -> dict[str, float]:
 
 
 def _judge_level(now: Observation) -> list[Finding]:
-    one, more, axial = _pattern(now)
+    one, more, axial = shaft_pattern(now)
     abnormal = _ABNORMAL[now.zone]
     level = "level unknown: no unit and no baseline" if now.zone is None else f"severity zone {now.zone}"
     if axial is not None:

@@ -26,9 +26,10 @@ function startFigure(figure, payload) {
   follow("scale", (value) => { state.scale = value; });
   follow("axis", (value) => { state.axis = value; });
   figure.querySelectorAll("input[data-group]").forEach((box) => {
-    const apply = () => state.groups[box.checked ? "add" : "delete"](Number(box.dataset.group));
+    const index = Number(box.dataset.group);
+    const apply = () => state.groups[box.checked ? "add" : "delete"](index);
     apply();
-    box.addEventListener("change", () => { apply(); keepRange(state); redraw(); });
+    box.addEventListener("change", () => { apply(); keepRange(state, box.checked ? payload.cursors[index].items : []); redraw(); });
   });
   figure.querySelectorAll("button[data-zoom]").forEach((button) => {
     button.addEventListener("click", () => { state.zoom = button.dataset.zoom; state.range = null; redraw(); });
@@ -41,11 +42,15 @@ function startFigure(figure, payload) {
   redraw();
 }
 
-// Switching cursors must not move the picture under the reader's eyes.
-function keepRange(state) {
+// Switching cursors must not move the picture under the reader's eyes, unless the new ones would be out of sight.
+function keepRange(state, added) {
   const plan = state.canvas._fullLayout;
   const back = state.axis === "order" && state.payload.speedHz ? state.payload.speedHz : 1;
-  if (plan && plan.xaxis) state.range = plan.xaxis.range.map((value) => value * back);
+  if (!plan || !plan.xaxis) return;
+  const [low, high] = plan.xaxis.range.map((value) => value * back);
+  const hidden = added.length > 0 && !added.some((item) => item[1] >= low && item[1] <= high);
+  state.range = hidden ? null : [low, high];
+  if (hidden) state.zoom = "near";
 }
 
 function startArticle(article) {

@@ -1,0 +1,204 @@
+"""One answer from the blocks of a recording, and its verdict in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..datasets.recording import Recording
+from .result import Analysis, Finding, Pictures, Severity, SpeedEstimate
+
+_WORDS = {
+    "unbalance": "unbalance",
+    "misalignment": "misalignment",
+    "bent_shaft": "a bent shaft",
+    "looseness": "looseness",
+    "rub": "a rub",
+    "oil_whirl": "oil whirl",
+    "bearing_outer_race": "an outer-race bearing defect",
+    "bearing_inner_race": "an inner-race bearing defect",
+    "bearing_ball": "a ball defect",
+    "bearing_cage": "a cage defect",
+    "gear_wear": "gear wear",
+    "gear_tooth_fault": "a tooth fault",
+    "gear_eccentricity": "gear eccentricity",
+    "electrical": "an electrical cause",
+    "resonance": "a resonance",
+    "sensor_fault": "a sensor fault",
+}
+_LIKELY = 0.5
+_SURE = 0.9
+_PASSING = 0.8
+
+
+@dataclass(frozen=True)
+class BlockResult:
+    """What one block of a recording gave; ``recording`` carries the description without the samples."""
+
+    recording: Recording
+    samples: int
+    speed: SpeedEstimate | None
+    turning: bool
+    findings: tuple[Finding, ...]
+    severity: tuple[Severity, ...]
+    refusal: str
+    features: dict[str, float]
+    notes: tuple[str, ...]
+    lines_tested: int
+    baseline_path: str | None
+
+    @property
+    def start_sample(self) -> int:
+        """Index in the file of the block's first sample."""
+        return self.recording.provenance.start_sample
+
+
+def merge(path: str, blocks: Sequence[BlockResult], shown: Pictures) -> Analysis:
+    """Return one analysis for all blocks of a file.
+
+    Probabilities are averaged over the blocks, the worst severity counts, warnings are told once. A block of a machine at
+    rest says nothing of the faults, so only turning blocks are averaged where there are any.
+    """
+    first = blocks[0].recording
+    turning = [block for block in blocks if block.turning] or list(blocks)
+    findings = _findings(turning)
+    severity = _severity(blocks)
+    speed = _speed(turning)
+    warnings = [*first.warnings, *_told_once(blocks), *_passing(turning, findings)]
+    samples = sum(block.samples for block in blocks)
+    return Analysis(
+        path=path,
+        verdict=verdict(findings, severity, turning=any(block.turning for block in blocks), speed=speed),
+        findings=findings,
+        severity=severity,
+        severity_refusal="" if severity else blocks[0].refusal,
+        speed=speed,
+        warnings=tuple(dict.fromkeys(warnings)),
+        channels=tuple(channel.name for channel in first.channels),
+        rate_hz=first.rate_hz,
+        duration_s=samples / first.rate_hz,
+        features=_features(turning),
+        label=first.label,
+        reader=first.provenance.reader,
+        baseline_path=blocks[0].baseline_path,
+        tests=max(block.lines_tested for block in blocks),
+        blocks=tuple(_row(block) for block in blocks) if len(blocks) > 1 else (),
+        pictures=shown,
+    )
+
+
+def _findings(blocks: Sequence[BlockResult]) -> tuple[Finding, ...]:
+    by_fault: dict[str, list[Finding]] = {}
+    for block in blocks:
+        for finding in block.findings:
+            by_fault.setdefault(finding.fault, []).append(finding)
+    merged = []
+    for same in by_fault.values():
+        probability = sum(finding.probability for finding in same) / len(blocks)
+        strongest = max(same, key=lambda finding: finding.probability)
+        summary = strongest.summary
+        if len(blocks) > 1:
+            summary += f" Seen in {len(same)} of {len(blocks)} blocks; the strongest is shown."
+        merged.append(replace(strongest, probability=probability, summary=summary))
+    kept = [finding for finding in merged if finding.probability >= 0.1]
+    return tuple(sorted(kept, key=lambda finding: -finding.probability))
+
+
+def _passing(blocks: Sequence[BlockResult], findings: tuple[Finding, ...]) -> list[str]:
+    """Tell of faults that one block shows clearly and the whole record does not."""
+    shown = {finding.fault for finding in findings if finding.probability >= _LIKELY}
+    found = {}
+    for block in blocks:
+        for finding in block.findings:
+            if finding.probability >= _PASSING and finding.fault not in shown:
+                time = block.start_sample / block.recording.rate_hz
+                found.setdefault(finding.fault, f"For a while only, first at {time:.0f} s: {_WORDS[finding.fault]}.")
+    return list(found.values())
+
+
+def _severity(blocks: Sequence[BlockResult]) -> tuple[Severity, ...]:
+    worst: dict[tuple[str, str], Severity] = {}
+    for block in blocks:
+        for one in block.severity:
+            key = (one.channel, one.table)
+            if key not in worst or (one.zone, one.value) > (worst[key].zone, worst[key].value):
+                time = block.start_sample / block.recording.rate_hz
+                note = f"{one.note} Worst block at {time:.0f} s.".strip() if len(blocks) > 1 else one.note
+                worst[key] = replace(one, note=note)
+    return tuple(sorted(worst.values(), key=lambda one: (one.zone, one.value / one.boundaries[0]), reverse=True))
+
+
+def _speed(blocks: Sequence[BlockResult]) -> SpeedEstimate | None:
+    known = [block.speed for block in blocks if block.speed is not None]
+    if not known:
+        return None
+    speeds = np.array([speed.speed_hz for speed in known])
+    middle = known[int(np.argsort(speeds)[speeds.size // 2])]
+    spread = float(np.ptp(speeds) / middle.speed_hz)
+    return replace(
+        middle,
+        low_hz=min(speed.low_hz for speed in known),
+        high_hz=max(speed.high_hz for speed in known),
+        confidence=float(np.mean([speed.confidence for speed in known])),
+        variation=max(spread, *(speed.variation for speed in known)),
+    )
+
+
+def _told_once(blocks: Sequence[BlockResult]) -> list[str]:
+    """Return each warning once; in long files a kind of warning (its first words) counts as one."""
+    if len(blocks) == 1:
+        return list(blocks[0].notes)
+    count: dict[str, list[str]] = {}
+    for block in blocks:
+        for note in block.notes:
+            count.setdefault(" ".join(note.split()[:4]), []).append(note)
+    return [same[0] if len(same) == 1 else f"{same[0]} (in {len(same)} of {len(blocks)} blocks)" for same in count.values()]
+
+
+def _features(blocks: Sequence[BlockResult]) -> dict[str, float]:
+    names = blocks[0].features
+    return {name: _median([block.features[name] for block in blocks]) for name in names}
+
+
+def _median(values: list[float]) -> float:
+    finite = [value for value in values if np.isfinite(value)]
+    return float(np.median(finite)) if finite else float("nan")
+
+
+def _row(block: BlockResult) -> dict:
+    top = block.findings[0] if block.findings else None
+    return {
+        "time_s": block.start_sample / block.recording.rate_hz,
+        "speed_rpm": None if block.speed is None else block.speed.speed_rpm,
+        "rms": block.features["rms"],
+        "kurtosis": block.features["kurtosis"],
+        "1x_amplitude": block.features["1x_amplitude"],
+        "zone": max((one.zone for one in block.severity), default=None),
+        "top_finding": None if top is None else top.fault,
+        "top_probability": 0.0 if top is None else top.probability,
+    }
+
+
+def verdict(
+    findings: tuple[Finding, ...], severity: tuple[Severity, ...], *, turning: bool, speed: SpeedEstimate | None
+) -> str:
+    """Return the answer in one or two sentences."""
+    if not turning:
+        return "The machine is not turning in this record: no diagnosis."
+    level = ""
+    if severity:
+        worst = severity[0]
+        level = f" Severity: zone {worst.zone} ({worst.value:.3g} {worst.unit}, {worst.standard})."
+    if speed is None:
+        return f"The shaft speed is unknown, so no line can be named.{level}"
+    likely = [one for one in findings if one.probability >= _LIKELY]
+    if likely:
+        words = " and ".join(f"{_WORDS[one.fault]} ({one.probability:.0%})" for one in likely[:3])
+        certainty = "Clear signs of" if likely[0].probability >= _SURE else "Probably"
+        return f"{certainty} {words}.{level}"
+    if findings:
+        best = findings[0]
+        return f"Nothing certain. The strongest hint is {_WORDS[best.fault]} ({best.probability:.0%}).{level}"
+    return f"No fault is evident from this measurement.{level}"
