@@ -51,7 +51,7 @@ def describe_channels(content: FileContent, metadata: Metadata, path: Path) -> D
         )
     signals = np.array(content.signals[kept])
     channels: list[Channel] = []
-    warnings: list[str] = []
+    warnings = _beyond(metadata, content.channel_names)
     for row, index in enumerate(kept):
         one, file_name = known[index], content.channel_names[index]
         scaled = _scaled(one, content.units[index] or None, file_name, hint=content.quantity_hints[index])
@@ -75,7 +75,7 @@ def _known(content: FileContent, metadata: Metadata, index: int, path: Path) -> 
     name = content.channel_names[index]
     found = ChannelMetadata()
     for rule in metadata.channels:
-        if fnmatchcase(name, rule.match) if rule.match is not None else rule.number == index + 1:
+        if _concerns(rule, name, index):
             stated = {
                 one.name: getattr(rule, one.name)
                 for one in fields(rule)
@@ -88,6 +88,21 @@ def _known(content: FileContent, metadata: Metadata, index: int, path: Path) -> 
         if value and (getattr(found, own) is None or len(getattr(metadata, many)) > 1):
             found = replace(found, **{own: value})
     return found
+
+
+def _concerns(rule: ChannelMetadata, name: str, index: int) -> bool:
+    if rule.match is None:
+        return rule.number == index + 1
+    # Equality first: brackets in a name ("signals[0]") would otherwise be read as a pattern.
+    return rule.match == name or fnmatchcase(name, rule.match)
+
+
+def _beyond(metadata: Metadata, names: tuple[str, ...]) -> list[str]:
+    return [
+        f"Metadata for channel {rule.number} is not used: the file has {len(names)} ({', '.join(names)})."
+        for rule in metadata.channels
+        if rule.match is None and not 1 <= (rule.number or 0) <= len(names)
+    ]
 
 
 def _entry(values: tuple[str, ...], index: int, names: tuple[str, ...], what: str, path: Path) -> str | None:

@@ -66,6 +66,9 @@ LAYOUTS = {
     "milliseconds since 1970": "timestamp,ax,ay\n" + table([epoch_ms(), X, Y]),
     "dates": stamped("{}"),
     "dates with blank": stamped("{}").replace("T", " "),
+    "times of day": stamped("{}")
+    .replace("2024-03-01T23:59:59.9", "22:59:59.9")
+    .replace("2024-03-02T00", "23"),
     "missing line end": table([T, X, Y]).rstrip(),
     "blank lines": "time,ax,ay\n\n" + table([T, X, Y]).replace("\n", "\n\n"),
 }

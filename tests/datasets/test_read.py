@@ -97,6 +97,15 @@ def test_channels_by_name_number_and_order(volts: Path) -> None:
     assert (both.channels[1].location, both.channels[1].direction) == ("FE", "axial")
 
 
+def test_names_with_brackets_and_channels_that_are_not_there(tmp_path: Path) -> None:
+    path = tmp_path / "a.npz"
+    np.savez(path, signals=DATA, fs=1000.0)
+    rules = (ChannelMetadata(match="signals[1]", unit="g"), ChannelMetadata(number=4, unit="V"))
+    recording = read(path, metadata=Metadata(channels=rules))
+    assert [one.quantity for one in recording.channels] == [None, "acceleration", None]
+    assert recording.warnings[0].startswith("Metadata for channel 4 is not used: the file has 3")
+
+
 @pytest.mark.parametrize(
     ("metadata", "word"),
     [
