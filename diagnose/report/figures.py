@@ -89,16 +89,18 @@ def _legend(channels: list[dict[str, Any]]) -> str:
 
 
 def channel_chooser(channels: list[dict[str, Any]], identifier: str) -> str:
-    """Return the channel selector; plain text when there is only one channel."""
+    """Return the channel selector, set to the first channel that carries evidence; plain text for one channel."""
     names = [channel["channel"] for channel in channels]
     labels = [
         name if names.count(name) == 1 or not channel["name"] else f"{name}: {channel['name']}"
         for name, channel in zip(names, channels, strict=True)
     ]
+    first = next((index for index, channel in enumerate(channels) if channel["lines"]), 0)
     if len(channels) == 1:
         return f'<span class="only">Channel <b>{escape(labels[0])}</b></span>'
     options = "".join(
-        f'<option value="{index}">{escape(label)}</option>' for index, label in enumerate(labels)
+        f'<option value="{index}"{" selected" if index == first else ""}>{escape(label)}</option>'
+        for index, label in enumerate(labels)
     )
     return (
         f'<label for="{identifier}">Channel '

@@ -29,7 +29,10 @@ CURSORS = (
     "return document.querySelector(arguments[0] + ' .canvas')._fullLayout.shapes"
     ".filter((s) => s.name === arguments[1]).length"
 )
-CURVE = "return document.querySelector(arguments[0] + ' .canvas').data.find((t) => t.name === 'curve').y.slice(0, 50)"
+CURVE = (
+    "return document.querySelector(arguments[0] + ' .canvas').data"
+    + ".find((t) => t.name === 'curve').y.slice(0, 50)"
+)
 SPECTRUM = "[data-plot=spectrum]"
 
 
@@ -135,12 +138,27 @@ def test_cursor_box_works_from_the_keyboard(show: Callable[..., Any], make: Any)
     assert page.execute_script(CURSORS, SPECTRUM, "cursor-0") == 0
 
 
-def test_cursors_stand_at_their_frequency_and_labels_do_not_overlap(
+def test_switching_on_cursors_out_of_sight_brings_them_into_sight(
     show: Callable[..., Any], make: Any
 ) -> None:
     page = show(make())
+    end = f"return document.querySelector('{SPECTRUM} .canvas')._fullLayout.xaxis.range[1]"
+    before = page.execute_script(end)
+    assert before < 23 * 29.532
+    click(page, f"{SPECTRUM} input[data-group='2']")
+    assert page.execute_script(end) == before
+    click(page, f"{SPECTRUM} input[data-group='3']")
+    assert page.execute_script(end) > 23 * 29.532
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_cursors_stand_at_their_frequency_and_labels_do_not_overlap(
+    show: Callable[..., Any], make: Any, width: int
+) -> None:
+    page = show(make(), width=width)
     for group in (2, 3, 4):
         click(page, f"{SPECTRUM} input[data-group='{group}']")
+    click(page, f"{SPECTRUM} [data-zoom=near]")
     places = page.execute_script(
         f"return document.querySelector('{SPECTRUM} .canvas').layout.shapes"
         ".filter((s) => s.name === 'cursor-0').map((s) => s.x0)"
@@ -150,7 +168,7 @@ def test_cursors_stand_at_their_frequency_and_labels_do_not_overlap(
         f"return [...document.querySelectorAll('{SPECTRUM} .annotation-text-g')]"
         ".map((e) => e.getBoundingClientRect().toJSON())"
     )
-    assert len(boxes) > 15
+    assert len(boxes) > width / 60
     for index, one in enumerate(boxes):
         for other in boxes[index + 1 :]:
             beside = one["right"] <= other["left"] or other["right"] <= one["left"]
@@ -166,6 +184,16 @@ def test_channel_selector_changes_the_curve(show: Callable[..., Any], make: Any)
     expected = make.pictures().spectra[1].y[:50] * 1e3
     assert first != second
     assert second == pytest.approx(list(expected), rel=1e-3)
+
+
+def test_spectrum_opens_on_the_channel_that_carries_the_evidence(show: Callable[..., Any], make: Any) -> None:
+    pictures = make.pictures()
+    page = show(make(pictures=replace(pictures, spectra=pictures.spectra[::-1])))
+    assert (
+        page.execute_script(f"return document.querySelector('{SPECTRUM} [data-role=channel]').value") == "2"
+    )
+    expected = pictures.spectra[0].y[:50] * 1e3
+    assert page.execute_script(CURVE, SPECTRUM) == pytest.approx(list(expected), rel=1e-3)
 
 
 def test_scale_axis_and_range_switches(show: Callable[..., Any], make: Any) -> None:
@@ -240,12 +268,14 @@ def test_trend_selector_shows_the_chosen_feature(show: Callable[..., Any], make:
 
 
 def test_dark_and_light_follow_the_system(show: Callable[..., Any], make: Any) -> None:
+    from selenium.webdriver.support.ui import WebDriverWait
+
     paper = f"return document.querySelector('{SPECTRUM} .canvas')._fullLayout.paper_bgcolor"
     page = show(make(), dark=True)
     assert page.execute_script(paper) == "#191f26"
     scheme = {"name": "prefers-color-scheme", "value": "light"}
     page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [scheme]})
-    assert page.execute_script(paper) == "#ffffff"
+    WebDriverWait(page, 20).until(lambda now: now.execute_script(paper) == "#ffffff")
 
 
 def test_printing_turns_a_dark_page_light(show: Callable[..., Any], make: Any) -> None:
