@@ -89,7 +89,7 @@ def _legend(channels: list[dict[str, Any]]) -> str:
 
 
 def channel_chooser(channels: list[dict[str, Any]], identifier: str) -> str:
-    """Return the channel selector, set to the first channel that carries evidence; plain text for one channel."""
+    """Return the channel selector, set to the first channel with evidence; plain text for one channel."""
     names = [channel["channel"] for channel in channels]
     labels = [
         name if names.count(name) == 1 or not channel["name"] else f"{name}: {channel['name']}"
