@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-
 from rotorwise.datasets.errors import RotorwiseError
 from rotorwise.diagnose.report import write_report
 
