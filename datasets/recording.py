@@ -39,7 +39,9 @@ class Channel:
 
     def __post_init__(self) -> None:
         if self.quantity is not None and self.quantity not in SI_UNIT:
-            raise InvalidValueError(f"Quantity {self.quantity!r} of channel {self.name!r}; allowed: {', '.join(SI_UNIT)}.")
+            raise InvalidValueError(
+                f"Quantity {self.quantity!r} of channel {self.name!r}; allowed: {', '.join(SI_UNIT)}."
+            )
         if self.direction is not None and self.direction not in DIRECTIONS:
             raise InvalidValueError(
                 f"Direction {self.direction!r} of channel {self.name!r}; allowed: {', '.join(DIRECTIONS)}."
@@ -53,7 +55,14 @@ class Channel:
     @property
     def is_vibration(self) -> bool:
         """Whether the channel carries vibration or sound (or may: unknown units and bare volts count)."""
-        return self.quantity in (None, "acceleration", "velocity", "displacement", "sound_pressure", "voltage")
+        return self.quantity in (
+            None,
+            "acceleration",
+            "velocity",
+            "displacement",
+            "sound_pressure",
+            "voltage",
+        )
 
 
 @dataclass(frozen=True)
@@ -67,7 +76,9 @@ class OperatingCondition:
 
     def __post_init__(self) -> None:
         if self.speed_rpm is not None and not (math.isfinite(self.speed_rpm) and self.speed_rpm >= 0):
-            raise InvalidValueError(f"Speed {self.speed_rpm} rpm; allowed: a finite number >= 0, or leave it out.")
+            raise InvalidValueError(
+                f"Speed {self.speed_rpm} rpm; allowed: a finite number >= 0, or leave it out."
+            )
 
 
 @dataclass(frozen=True)
@@ -222,7 +233,9 @@ class Recording:
     def select(self, indices: list[int] | tuple[int, ...]) -> Recording:
         """Return the recording with only these channels, in this order."""
         return replace(
-            self, signals=self.signals[list(indices)], channels=tuple(self.channels[index] for index in indices)
+            self,
+            signals=self.signals[list(indices)],
+            channels=tuple(self.channels[index] for index in indices),
         )
 
 

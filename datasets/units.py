@@ -37,7 +37,7 @@ class Unit:
 
 
 _UNITS = (
-    (Unit("m/s2", "acceleration", 1.0), "m/s^2 m/s² m/s**2 m/s/s ms-2 ms^-2 m.s-2 m s-2 mps2 m/sec2 m/sec^2"),
+    (Unit("m/s2", "acceleration", 1.0), "m/s^2 m/s² m/s**2 m/s/s ms-2 ms^-2 m.s-2 mps2 m/sec2 m/sec^2"),
     (Unit("mm/s2", "acceleration", 1e-3), "mm/s^2 mm/s²"),
     (Unit("g", "acceleration", STANDARD_GRAVITY), "gn g0 g's gs gravity"),
     (Unit("mg", "acceleration", STANDARD_GRAVITY * 1e-3), "milli-g"),
@@ -62,7 +62,10 @@ _UNITS = (
 # Some spellings differ by case only (Pa, mPa, mV against MV): exact spelling first, then without case.
 _EXACT = {unit.text: unit for unit, _ in _UNITS}
 _FOLDED = {
-    spelling.casefold(): unit for unit, others in reversed(_UNITS) for spelling in (*others.split(" "), unit.text) if spelling
+    spelling.casefold(): unit
+    for unit, others in reversed(_UNITS)
+    for spelling in (*others.split(" "), unit.text)
+    if spelling
 }
 
 

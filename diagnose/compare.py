@@ -62,7 +62,9 @@ def path_changed(now: Observation, baseline: Observation) -> list[str]:
     """
     _, change = floor_change_db(now, baseline)
     names = [channel.name for channel in now.recording.channels]
-    return [name for name, row in zip(names, change, strict=True) if row.size and row.min() < -6 and row.max() > 6]
+    return [
+        name for name, row in zip(names, change, strict=True) if row.size and row.min() < -6 and row.max() > 6
+    ]
 
 
 def repeatability_db(now: Observation, baseline: Observation) -> float:

@@ -114,7 +114,9 @@ def _passing(blocks: Sequence[BlockResult], findings: tuple[Finding, ...]) -> li
         for finding in block.findings:
             if finding.probability >= _PASSING and finding.fault not in shown:
                 time = block.start_sample / block.recording.rate_hz
-                found.setdefault(finding.fault, f"For a while only, first at {time:.0f} s: {_WORDS[finding.fault]}.")
+                found.setdefault(
+                    finding.fault, f"For a while only, first at {time:.0f} s: {_WORDS[finding.fault]}."
+                )
     return list(found.values())
 
 
@@ -127,7 +129,9 @@ def _severity(blocks: Sequence[BlockResult]) -> tuple[Severity, ...]:
                 time = block.start_sample / block.recording.rate_hz
                 note = f"{one.note} Worst block at {time:.0f} s.".strip() if len(blocks) > 1 else one.note
                 worst[key] = replace(one, note=note)
-    return tuple(sorted(worst.values(), key=lambda one: (one.zone, one.value / one.boundaries[0]), reverse=True))
+    return tuple(
+        sorted(worst.values(), key=lambda one: (one.zone, one.value / one.boundaries[0]), reverse=True)
+    )
 
 
 def _speed(blocks: Sequence[BlockResult]) -> SpeedEstimate | None:
@@ -154,7 +158,10 @@ def _told_once(blocks: Sequence[BlockResult]) -> list[str]:
     for block in blocks:
         for note in block.notes:
             count.setdefault(" ".join(note.split()[:4]), []).append(note)
-    return [same[0] if len(same) == 1 else f"{same[0]} (in {len(same)} of {len(blocks)} blocks)" for same in count.values()]
+    return [
+        same[0] if len(same) == 1 else f"{same[0]} (in {len(same)} of {len(blocks)} blocks)"
+        for same in count.values()
+    ]
 
 
 def _features(blocks: Sequence[BlockResult]) -> dict[str, float]:
@@ -182,7 +189,11 @@ def _row(block: BlockResult) -> dict:
 
 
 def verdict(
-    findings: tuple[Finding, ...], severity: tuple[Severity, ...], *, turning: bool, speed: SpeedEstimate | None
+    findings: tuple[Finding, ...],
+    severity: tuple[Severity, ...],
+    *,
+    turning: bool,
+    speed: SpeedEstimate | None,
 ) -> str:
     """Return the answer in one or two sentences."""
     if not turning:

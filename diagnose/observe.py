@@ -74,13 +74,17 @@ class Observation:
         """Return the channels that are declared axial."""
         return [i for i, channel in enumerate(self.recording.channels) if channel.direction == "axial"]
 
-    def line(self, order: float, *, channel: int, name: str | None = None, tolerance_bins: float = 1.0) -> Line:
+    def line(
+        self, order: float, *, channel: int, name: str | None = None, tolerance_bins: float = 1.0
+    ) -> Line:
         """Return the spectral line at an order of the shaft speed, one channel."""
         speed = self.speed
         assert speed is not None
         doubt = 0.0 if self.order_tracked else order * (speed.high_hz - speed.low_hz) / 4
         tolerance = tolerance_bins * self.spectrum.resolution_hz + doubt
-        return self.line_at(order * speed.speed_hz, channel=channel, name=name or order_name(order), tolerance_hz=tolerance)
+        return self.line_at(
+            order * speed.speed_hz, channel=channel, name=name or order_name(order), tolerance_hz=tolerance
+        )
 
     def line_at(self, frequency_hz: float, *, channel: int, name: str, tolerance_hz: float) -> Line:
         """Return the highest line within a tolerance of a frequency, one channel."""
@@ -113,7 +117,11 @@ class Observation:
         weighted = self.spectrum.amplitude[channel, inside] * self.velocity_factor(channel, frequency[inside])
         total = float((weighted**2).sum()) / 1.5  # a Hann line spreads over 1.5 bins of power
         line = self.line(order, channel=channel)
-        return min(1.0, (line.amplitude * float(self.velocity_factor(channel, line.frequency_hz))) ** 2 / max(total, 1e-300))
+        return min(
+            1.0,
+            (line.amplitude * float(self.velocity_factor(channel, line.frequency_hz))) ** 2
+            / max(total, 1e-300),
+        )
 
 
 def order_name(order: float) -> str:
@@ -205,7 +213,10 @@ def _order_tracked(
     if speed is None or times is None or speed.variation < 5e-4:
         return recording, False
     phase = phase_from_pulses(
-        times, samples=recording.samples, rate_hz=recording.rate_hz, pulses_per_revolution=pulses_per_revolution
+        times,
+        samples=recording.samples,
+        rate_hz=recording.rate_hz,
+        pulses_per_revolution=pulses_per_revolution,
     )
     per_turn = int(recording.rate_hz / speed.speed_hz)
     if per_turn < 8 or np.any(np.diff(phase) <= 0):
@@ -215,17 +226,35 @@ def _order_tracked(
 
 
 def _measure(
-    recording: Recording, speed: SpeedEstimate | None, checks: tuple[DataCheck, ...], order_tracked: bool, turning: bool
+    recording: Recording,
+    speed: SpeedEstimate | None,
+    checks: tuple[DataCheck, ...],
+    order_tracked: bool,
+    turning: bool,
 ) -> Observation:
     if not recording.channels or recording.samples < 256:
-        empty = Spectrum(np.linspace(0, 1, 16), np.zeros((len(recording.channels), 16)), np.ones((len(recording.channels), 16)))
+        empty = Spectrum(
+            np.linspace(0, 1, 16),
+            np.zeros((len(recording.channels), 16)),
+            np.ones((len(recording.channels), 16)),
+        )
         return Observation(recording, None, checks, empty, (), 1e9, 0, False, False)
     width = 20.0 if speed is None else max(speed.speed_hz, 8.0)
     spectrum = spectrum_with_floor(recording.signals, rate_hz=recording.rate_hz, floor_width_hz=width)
     envelopes = () if speed is None else tuple(_envelopes(recording, speed.speed_hz))
-    tested = 60 * len(recording.channels) + 12 * max(len(recording.nameplate.bearings), 1) * 8 * len(envelopes)
+    tested = 60 * len(recording.channels) + 12 * max(len(recording.nameplate.bearings), 1) * 8 * len(
+        envelopes
+    )
     return Observation(
-        recording, speed, checks, spectrum, envelopes, float(np.log(tested / _FALSE_ALARM)), tested, order_tracked, turning
+        recording,
+        speed,
+        checks,
+        spectrum,
+        envelopes,
+        float(np.log(tested / _FALSE_ALARM)),
+        tested,
+        order_tracked,
+        turning,
     )
 
 

@@ -104,7 +104,16 @@ def _waveforms(now: Observation) -> tuple[Curve, ...]:
     time = np.arange(shown) / now.recording.rate_hz
     note = "" if shown == now.recording.samples else f"The first {shown / now.recording.rate_hz:.2g} s."
     return tuple(
-        Curve("waveform", time, now.recording.signals[index, :shown], "s", channel.unit, channel.name, None, note)
+        Curve(
+            "waveform",
+            time,
+            now.recording.signals[index, :shown],
+            "s",
+            channel.unit,
+            channel.name,
+            None,
+            note,
+        )
         for index, channel in enumerate(now.recording.channels[:_CHANNELS_DRAWN])
     )
 
@@ -118,7 +127,9 @@ def _cursors(now: Observation) -> list[Cursor]:
         place = bearing.location or bearing.geometry.designation or "bearing"
         for rhythm in rhythms(bearing):
             cursors += [
-                Cursor(f"{rhythm.label} {place}", f"{harmonic} x {rhythm.label}", harmonic * rhythm.order * speed)
+                Cursor(
+                    f"{rhythm.label} {place}", f"{harmonic} x {rhythm.label}", harmonic * rhythm.order * speed
+                )
                 for harmonic in range(1, 5)
             ]
     for gear in now.recording.nameplate.gears:
@@ -129,7 +140,10 @@ def _cursors(now: Observation) -> list[Cursor]:
             for ratio in (gear.driver_ratio, gear.driven_ratio):
                 if ratio is not None:
                     group = f"sidebands {ratio * speed:.2f} Hz"
-                    cursors += [Cursor(group, f"{prefix}{k:+d}", mesh + k * ratio * speed) for k in (-3, -2, -1, 1, 2, 3)]
+                    cursors += [
+                        Cursor(group, f"{prefix}{k:+d}", mesh + k * ratio * speed)
+                        for k in (-3, -2, -1, 1, 2, 3)
+                    ]
     line = now.recording.nameplate.line_frequency_hz
     if line is not None:
         cursors += [Cursor("electrical supply", f"{k} x line", k * line) for k in (1, 2)]
@@ -144,9 +158,16 @@ def _order_map(now: Observation) -> dict | None:
     length = int(min(signal.size, max(256, rate * _MAP_ROWS / (2 * top) * 2)))
     if signal.size < 4 * length:
         length = max(signal.size // 4, 64)
-    starts = np.linspace(0, signal.size - length, min(_MAP_COLUMNS, max(signal.size // (length // 4), 2))).astype(int)
+    starts = np.linspace(
+        0, signal.size - length, min(_MAP_COLUMNS, max(signal.size // (length // 4), 2))
+    ).astype(int)
     window = hann(length)
-    columns = np.stack([np.abs(np.fft.rfft((signal[s : s + length] - signal[s : s + length].mean()) * window)) for s in starts])
+    columns = np.stack(
+        [
+            np.abs(np.fft.rfft((signal[s : s + length] - signal[s : s + length].mean()) * window))
+            for s in starts
+        ]
+    )
     frequency = np.fft.rfftfreq(length, 1 / rate)
     kept = frequency <= top
     level = 20 * np.log10(np.maximum(columns[:, kept].T * 2 / window.sum(), 1e-15))
@@ -172,6 +193,25 @@ def _orbit(now: Observation) -> dict | None:
     return {"x": x, "y": y, "unit": "m", "channels": names}
 
 
-def without_pictures(shown: Pictures) -> Pictures:
-    """Return the pictures without waveforms and maps, for folders of many files."""
-    return replace(shown, waveforms=(), order_map=None)
+def for_folder(shown: Pictures) -> Pictures:
+    """Return the pictures without waveforms and maps and in single precision, so that a folder of files fits."""
+
+    def slim(curves: tuple[Curve, ...]) -> tuple[Curve, ...]:
+        return tuple(
+            replace(
+                curve,
+                x=curve.x.astype(np.float32),
+                y=curve.y.astype(np.float32),
+                noise_floor=None if curve.noise_floor is None else curve.noise_floor.astype(np.float32),
+            )
+            for curve in curves
+        )
+
+    return replace(
+        shown,
+        spectra=slim(shown.spectra),
+        envelopes=slim(shown.envelopes),
+        baseline_spectra=(),
+        waveforms=(),
+        order_map=None,
+    )

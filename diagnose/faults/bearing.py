@@ -20,7 +20,9 @@ from ..signal.spectrum import peak_near
 
 _SLIP = 0.02  # rolling elements slip up to 2 % against the kinematic order
 _SLIP_SPREAD = 0.01
-_EVEN_DEPTH = 0.4  # modulation depth at which a defect is as likely as not: a third or so of the energy in impacts
+_EVEN_DEPTH = (
+    0.4  # modulation depth at which a defect is as likely as not: a third or so of the energy in impacts
+)
 _STEEPNESS = 5.0
 # Impacts repeat in harmonics; the variable compliance of a healthy bearing is nearly a sine.
 _HARMONICS_FACTOR = {0: 0.5, 1: 0.5, 2: 1.0, 3: 1.5}
@@ -84,7 +86,9 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
     """
     if now.speed is None or not now.turning:
         return []
-    waiting = [(bearing, rhythm) for bearing in now.recording.nameplate.bearings for rhythm in rhythms(bearing)]
+    waiting = [
+        (bearing, rhythm) for bearing in now.recording.nameplate.bearings for rhythm in rhythms(bearing)
+    ]
     taken: list[RhythmEvidence] = []
     findings: list[Finding] = []
     while waiting:
@@ -98,7 +102,11 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
         taken.append(evidence)
         findings.append(_finding(now, baseline, pair[0], evidence, crowd))
         waiting = [other for _, other in found if other is not pair]
-    shared = [one for bearing in now.recording.nameplate.bearings for one in _ball_or_cage(findings, place_of(bearing))]
+    shared = [
+        one
+        for bearing in now.recording.nameplate.bearings
+        for one in _ball_or_cage(findings, place_of(bearing))
+    ]
     return [one for one in shared if one.probability >= _LEAST_PROBABILITY]
 
 
@@ -133,19 +141,27 @@ def _candidates(now: Observation, envelope: EnvelopeSpectrum, rhythm: DefectRhyt
         bins = bins[(ratio[bins] >= ratio[bins - 1]) & (ratio[bins] >= ratio[bins + 1])]
         bins = bins[ratio[bins] > now.significant_ratio]
         for index in bins[np.argsort(ratio[bins])[::-1][:2]]:
-            found.append(peak_near(spectrum, 0, index * resolution, tolerance_hz=0.6 * resolution)[0] / harmonic)
+            found.append(
+                peak_near(spectrum, 0, index * resolution, tolerance_hz=0.6 * resolution)[0] / harmonic
+            )
     return found
 
 
 def _measure(
-    now: Observation, envelope: EnvelopeSpectrum, rhythm: DefectRhythm, frequency_hz: float, taken: list[RhythmEvidence]
+    now: Observation,
+    envelope: EnvelopeSpectrum,
+    rhythm: DefectRhythm,
+    frequency_hz: float,
+    taken: list[RhythmEvidence],
 ) -> RhythmEvidence | None:
     lines: list[Line] = []
     power = 0.0
     harmonics = 0
     significant = False
     for harmonic in (1, 2, 3):
-        line = _envelope_line(now, envelope, harmonic * frequency_hz, f"{harmonic} x {rhythm.label}", rhythm, harmonic)
+        line = _envelope_line(
+            now, envelope, harmonic * frequency_hz, f"{harmonic} x {rhythm.label}", rhythm, harmonic
+        )
         if line is None or _belongs_elsewhere(now, envelope, line.frequency_hz, taken):
             continue
         ratio = line.signal_to_noise**2
@@ -161,11 +177,17 @@ def _measure(
         power += sum(line.amplitude**2 for line in sidebands)
         lines += sidebands
     expected = rhythm.order * now.speed_hz
-    return RhythmEvidence(rhythm, envelope, float(np.sqrt(power)), frequency_hz, expected, tuple(lines), harmonics)
+    return RhythmEvidence(
+        rhythm, envelope, float(np.sqrt(power)), frequency_hz, expected, tuple(lines), harmonics
+    )
 
 
 def _sidebands(
-    now: Observation, envelope: EnvelopeSpectrum, rhythm: DefectRhythm, frequency_hz: float, taken: list[RhythmEvidence]
+    now: Observation,
+    envelope: EnvelopeSpectrum,
+    rhythm: DefectRhythm,
+    frequency_hz: float,
+    taken: list[RhythmEvidence],
 ) -> list[Line]:
     found = []
     for harmonic in (1, 2):
@@ -182,7 +204,12 @@ def _sidebands(
 
 
 def _envelope_line(
-    now: Observation, envelope: EnvelopeSpectrum, frequency_hz: float, name: str, rhythm: DefectRhythm, harmonic: int | None
+    now: Observation,
+    envelope: EnvelopeSpectrum,
+    frequency_hz: float,
+    name: str,
+    rhythm: DefectRhythm,
+    harmonic: int | None,
 ) -> Line | None:
     spectrum = envelope.spectrum
     if not 2 * spectrum.resolution_hz < frequency_hz < spectrum.frequency_hz[-3]:
@@ -190,7 +217,18 @@ def _envelope_line(
     frequency, depth, floor = peak_near(spectrum, 0, frequency_hz, tolerance_hz=1.2 * spectrum.resolution_hz)
     expected = None if harmonic is None else harmonic * rhythm.order
     channel = now.recording.channels[envelope.channel].name
-    return Line(name, channel, frequency, frequency / now.speed_hz, depth, floor, "modulation", "envelope", None, expected)
+    return Line(
+        name,
+        channel,
+        frequency,
+        frequency / now.speed_hz,
+        depth,
+        floor,
+        "modulation",
+        "envelope",
+        None,
+        expected,
+    )
 
 
 def _belongs_elsewhere(
@@ -202,13 +240,17 @@ def _belongs_elsewhere(
     resolution = envelope.spectrum.resolution_hz
     multiple = round(frequency_hz / speed.speed_hz)
     doubt = multiple * (speed.high_hz - speed.low_hz) / 4
-    if multiple >= 1 and abs(frequency_hz - multiple * speed.speed_hz) < 0.7 * resolution + min(doubt, resolution):
+    if multiple >= 1 and abs(frequency_hz - multiple * speed.speed_hz) < 0.7 * resolution + min(
+        doubt, resolution
+    ):
         return True
     for other in taken:
         for harmonic in range(0, 7):
             remainder = abs(frequency_hz - harmonic * other.frequency_hz)
             shafts = round(remainder / speed.speed_hz)
-            close = abs(remainder - shafts * speed.speed_hz) < 1.5 * resolution + shafts * doubt / max(multiple, 1)
+            close = abs(remainder - shafts * speed.speed_hz) < 1.5 * resolution + shafts * doubt / max(
+                multiple, 1
+            )
             if close and shafts <= 3 and (harmonic or shafts):
                 return True
     return False
@@ -220,7 +262,11 @@ def defect_odds(depth: float) -> float:
 
 
 def _finding(
-    now: Observation, baseline: Observation | None, bearing: MountedBearing, evidence: RhythmEvidence, crowd: float
+    now: Observation,
+    baseline: Observation | None,
+    bearing: MountedBearing,
+    evidence: RhythmEvidence,
+    crowd: float,
 ) -> Finding:
     odds = evidence.odds * crowd
     lines = evidence.lines

@@ -130,7 +130,17 @@ def _lines(now: Observation, chosen: list[Family], limit: int = 14) -> tuple[Lin
             sign = "-" if side.number < 0 else "+"
             name = mesh if side.number == 0 else f"{mesh} {sign} {abs(side.number)} x {family.wheel}"
             order = side.frequency_hz / now.speed_hz
-            found.append(Line(name, channel.name, side.frequency_hz, order, side.amplitude, side.noise_floor, channel.unit))
+            found.append(
+                Line(
+                    name,
+                    channel.name,
+                    side.frequency_hz,
+                    order,
+                    side.amplitude,
+                    side.noise_floor,
+                    channel.unit,
+                )
+            )
     unique = {(line.name, line.channel): line for line in found}
     return tuple(sorted(unique.values(), key=lambda line: -line.signal_to_noise)[:limit])
 
@@ -150,7 +160,10 @@ def _growth(now: Observation, family: Family, earlier: Family) -> Growth:
 
     def change(numbers: range) -> float:
         rises = [
-            20 * float(np.log10(max(side.amplitude, side.noise_floor) / max(was.amplitude, was.noise_floor, 1e-300)))
+            20
+            * float(
+                np.log10(max(side.amplitude, side.noise_floor) / max(was.amplitude, was.noise_floor, 1e-300))
+            )
             for side in (family.found.carrier, *family.found.sidebands)
             if abs(side.number) in numbers and (was := old.get(side.number)) is not None
         ]
@@ -161,7 +174,9 @@ def _growth(now: Observation, family: Family, earlier: Family) -> Growth:
     return Growth(family, change(range(1)), change(range(1, 2)), change(range(2, _PAIRS + 1)))
 
 
-def _judge_growth(now: Observation, baseline: Observation, gear: GearPair, current: list[Family]) -> list[Finding]:
+def _judge_growth(
+    now: Observation, baseline: Observation, gear: GearPair, current: list[Family]
+) -> list[Finding]:
     """Judge, for each shaft, the family that grew most; the price of choosing it is taken off its growth."""
     earlier = {(one.mesh, one.wheel, one.channel): one for one in families(baseline, gear)}
     findings: list[Finding] = []
@@ -193,7 +208,11 @@ def _judge_growth(now: Observation, baseline: Observation, gear: GearPair, curre
 
 
 def _posterior(growth_db: float) -> float:
-    odds = odds_of_rise(growth_db, repeatability=_REPEATABILITY_DB, typical_db=12.0, spread_db=6.0) * _PRIOR / (1 - _PRIOR)
+    odds = (
+        odds_of_rise(growth_db, repeatability=_REPEATABILITY_DB, typical_db=12.0, spread_db=6.0)
+        * _PRIOR
+        / (1 - _PRIOR)
+    )
     return odds / (1 + odds)
 
 
@@ -202,7 +221,9 @@ def _with_baseline(lines: tuple[Line, ...], baseline: Observation) -> tuple[Line
     return tuple(
         replace(
             line,
-            baseline_amplitude=baseline.line(line.order, channel=channels[line.channel], name=line.name).amplitude,
+            baseline_amplitude=baseline.line(
+                line.order, channel=channels[line.channel], name=line.name
+            ).amplitude,
         )
         for line in lines
         if line.channel in channels

@@ -64,9 +64,20 @@ def owned_by_machine(now: Observation, order: float) -> bool:
     owners: list[float] = []
     for bearing in now.recording.nameplate.bearings:
         orders = bearing.geometry.defect_orders()
-        for base in (orders.outer_race, orders.inner_race, orders.ball_spin, 2 * orders.ball_spin, orders.cage):
+        for base in (
+            orders.outer_race,
+            orders.inner_race,
+            orders.ball_spin,
+            2 * orders.ball_spin,
+            orders.cage,
+        ):
             scaled = base * bearing.shaft_ratio
-            owners += [scaled * k for k in range(1, 5)] + [abs(scaled - 1), abs(scaled + 1), abs(scaled - 2), scaled + 2]
+            owners += [scaled * k for k in range(1, 5)] + [
+                abs(scaled - 1),
+                abs(scaled + 1),
+                abs(scaled - 2),
+                scaled + 2,
+            ]
     for gear in now.recording.nameplate.gears:
         for ratio in (gear.driver_ratio, gear.driven_ratio):
             if ratio is not None and abs(ratio - 1.0) > 1e-6:

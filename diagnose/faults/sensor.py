@@ -12,4 +12,12 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
     if worst is None or worst.severity < 0.35:
         return []
     text = " ".join(check.message for check in now.checks if check.severity >= 0.35)
-    return [Finding("sensor_fault", min(0.95, worst.severity), text, (), "Check cable, mounting, range and supply of the sensor.")]
+    return [
+        Finding(
+            "sensor_fault",
+            min(0.95, worst.severity),
+            text,
+            (),
+            "Check cable, mounting, range and supply of the sensor.",
+        )
+    ]

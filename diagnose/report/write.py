@@ -45,13 +45,13 @@ def write_report(
         See ``render_report``.
     """
     target = Path(path)
-    _refuse(target, force=force)
+    check_free(target, force=force)
     page = render_report(analyses, title=title)
     draft = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
         draft.write_text(page, encoding="utf-8", newline="\n")
         # Rendering may have taken a while; somebody else's report of the meantime is not to be lost either.
-        _refuse(target, force=force)
+        check_free(target, force=force)
         draft.replace(target)
     except OSError as problem:
         raise ReportFileError(
@@ -61,7 +61,8 @@ def write_report(
         draft.unlink(missing_ok=True)
 
 
-def _refuse(target: Path, *, force: bool) -> None:
+def check_free(target: Path, *, force: bool) -> None:
+    """Raise ReportFileError when a report cannot go here: a folder, a missing folder, or an existing file."""
     if target.is_dir():
         raise ReportFileError(
             f"Report {target} is a folder; allowed: a file. Add a file name, for example report.html."

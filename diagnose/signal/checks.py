@@ -57,7 +57,12 @@ def check_channel(signal: np.ndarray, *, rate_hz: float, name: str) -> list[Data
         share = 1.0 - float(finite.mean())
         code = "mostly missing" if share > 0.2 else "missing samples"
         found.append(
-            DataCheck(code, name, f"{name}: {share:.2%} of the samples are missing (NaN or infinite).", min(1.0, 5 * share))
+            DataCheck(
+                code,
+                name,
+                f"{name}: {share:.2%} of the samples are missing (NaN or infinite).",
+                min(1.0, 5 * share),
+            )
         )
         if code == "mostly missing":
             return found
@@ -112,7 +117,9 @@ def _offset_and_drift(signal: np.ndarray, name: str) -> list[DataCheck]:
     mean, deviation = float(signal.mean()), float(signal.std())
     found = []
     if abs(mean) > 20 * deviation:
-        message = f"{name}: constant offset {mean:.3g} is {abs(mean) / deviation:.0f} times the vibration; removed."
+        message = (
+            f"{name}: constant offset {mean:.3g} is {abs(mean) / deviation:.0f} times the vibration; removed."
+        )
         found.append(DataCheck("offset", name, message, 0.0))
     parts = np.array_split(signal, 20)
     if signal.size >= 2000:
@@ -126,14 +133,16 @@ def _offset_and_drift(signal: np.ndarray, name: str) -> list[DataCheck]:
 
 def _coarse(signal: np.ndarray, name: str) -> list[DataCheck]:
     """Find a quantisation step that is large beside the vibration."""
-    steps = np.unique(signal[: 20000])
+    steps = np.unique(signal[:20000])
     if steps.size > 200 or signal.size < 1000:
         return []
     step = float(np.median(np.diff(steps))) if steps.size > 1 else 0.0
     deviation = float(signal.std())
     if step < 0.5 * deviation:
         return []
-    message = f"{name}: resolution step {step:.3g} beside a vibration of {deviation:.3g} rms. Increase the gain."
+    message = (
+        f"{name}: resolution step {step:.3g} beside a vibration of {deviation:.3g} rms. Increase the gain."
+    )
     return [DataCheck("coarse", name, message, 0.5)]
 
 

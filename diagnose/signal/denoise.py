@@ -10,7 +10,12 @@ RULES = ("universal", "sure", "bayes")
 
 
 def wavelet_denoise(
-    signal: np.ndarray, *, wavelet: str = "db8", levels: int | None = None, rule: str = "bayes", soft: bool = True
+    signal: np.ndarray,
+    *,
+    wavelet: str = "db8",
+    levels: int | None = None,
+    rule: str = "bayes",
+    soft: bool = True,
 ) -> np.ndarray:
     """Return the signal with its wavelet details thresholded.
 

@@ -43,7 +43,9 @@ class EnvelopeSpectrum:
     spectrum: Spectrum
 
 
-def demodulation_bands(*, lowest_hz: float, highest_hz: float, narrowest_hz: float) -> list[tuple[float, float]]:
+def demodulation_bands(
+    *, lowest_hz: float, highest_hz: float, narrowest_hz: float
+) -> list[tuple[float, float]]:
     """Return the bands to try: the range split in 1, 2, 3, 4, 6, 8 and 12 equal parts, none below a width.
 
     This is the tiling of the fast kurtogram (J. Antoni, MSSP 21 (2007) 108).
@@ -63,7 +65,9 @@ def demodulation_bands(*, lowest_hz: float, highest_hz: float, narrowest_hz: flo
     return bands
 
 
-def band_envelope(signal: np.ndarray, *, rate_hz: float, low_hz: float, high_hz: float) -> tuple[np.ndarray, float]:
+def band_envelope(
+    signal: np.ndarray, *, rate_hz: float, low_hz: float, high_hz: float
+) -> tuple[np.ndarray, float]:
     """Return the envelope of one channel in a band, and its sampling rate.
 
     Parameters
@@ -86,7 +90,9 @@ def band_envelope(signal: np.ndarray, *, rate_hz: float, low_hz: float, high_hz:
     (1.5, 1000)
     """
     if not 0 <= low_hz < high_hz <= 0.5 * rate_hz * (1 + 1e-9):
-        raise InvalidValueError(f"Band {low_hz}-{high_hz} Hz at rate {rate_hz} Hz; allowed: 0 <= low < high <= rate/2.")
+        raise InvalidValueError(
+            f"Band {low_hz}-{high_hz} Hz at rate {rate_hz} Hz; allowed: 0 <= low < high <= rate/2."
+        )
     return _envelope_from_transform(fft.rfft(signal - np.mean(signal)), signal.size, rate_hz, low_hz, high_hz)
 
 
@@ -108,7 +114,12 @@ def _envelope_from_transform(
 
 
 def envelope_spectra(
-    signals: np.ndarray, *, rate_hz: float, bands: list[tuple[float, float]], highest_line_hz: float, floor_width_hz: float
+    signals: np.ndarray,
+    *,
+    rate_hz: float,
+    bands: list[tuple[float, float]],
+    highest_line_hz: float,
+    floor_width_hz: float,
 ) -> list[EnvelopeSpectrum]:
     """Return the envelope spectrum of every channel in every band.
 
@@ -131,13 +142,19 @@ def envelope_spectra(
             envelope, envelope_rate = _envelope_from_transform(transform, samples, rate_hz, low_hz, high_hz)
             envelope = envelope[: int(envelope.size * filled)]
             found.append(
-                _envelope_spectrum(envelope, envelope_rate, (channel, low_hz, high_hz), highest_line_hz, floor_width_hz)
+                _envelope_spectrum(
+                    envelope, envelope_rate, (channel, low_hz, high_hz), highest_line_hz, floor_width_hz
+                )
             )
     return found
 
 
 def _envelope_spectrum(
-    envelope: np.ndarray, rate_hz: float, place: tuple[int, float, float], highest_line_hz: float, floor_width_hz: float
+    envelope: np.ndarray,
+    rate_hz: float,
+    place: tuple[int, float, float],
+    highest_line_hz: float,
+    floor_width_hz: float,
 ) -> EnvelopeSpectrum:
     mean = float(envelope.mean())
     tiny = np.finfo(float).tiny

@@ -126,7 +126,9 @@ def spectrum_with_floor(signals: np.ndarray, *, rate_hz: float, floor_width_hz: 
     return Spectrum(frequency, amplitude, noise_floor(amplitude, half_width_bins=half_width))
 
 
-def peak_near(spectrum: Spectrum, channel: int, frequency_hz: float, *, tolerance_hz: float) -> tuple[float, float, float]:
+def peak_near(
+    spectrum: Spectrum, channel: int, frequency_hz: float, *, tolerance_hz: float
+) -> tuple[float, float, float]:
     """Return frequency, amplitude and noise floor of the highest bin within a tolerance, peak interpolated.
 
     The frequency comes from ``peak_offsets``, the amplitude from the window's known shape at that offset.
@@ -157,7 +159,9 @@ def peak_offsets(row: np.ndarray, bins: np.ndarray) -> np.ndarray:
     return side * np.clip((2 * ratio - 1) / (ratio + 1), 0.0, 0.5)
 
 
-def chance_of_noise(power_ratio: float | np.ndarray, *, bins_searched: float | np.ndarray = 1.0) -> np.ndarray:
+def chance_of_noise(
+    power_ratio: float | np.ndarray, *, bins_searched: float | np.ndarray = 1.0
+) -> np.ndarray:
     """Return the chance that Gaussian noise alone reaches this line power over mean noise power.
 
     p = 1 - (1 - exp(-R))^m for the highest of m bins.
@@ -171,7 +175,9 @@ def chance_of_noise(power_ratio: float | np.ndarray, *, bins_searched: float | n
     return -np.expm1(np.asarray(bins_searched) * np.log1p(-np.minimum(single, 1 - 1e-16)))
 
 
-def averaged_power_density(signals: np.ndarray, *, rate_hz: float, segment_samples: int) -> tuple[np.ndarray, np.ndarray]:
+def averaged_power_density(
+    signals: np.ndarray, *, rate_hz: float, segment_samples: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Return frequencies and Welch's power density, shape (channels, bins), in unit^2/Hz.
 
     Hann segments with half overlap (P. D. Welch, IEEE Trans. Audio Electroacoust. 15 (1967) 70).

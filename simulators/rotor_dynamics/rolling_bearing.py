@@ -64,7 +64,9 @@ class BearingGeometry:
 
     def __post_init__(self) -> None:
         if self.balls < 3:
-            raise InvalidValueError(f"Bearing has {self.balls} balls; allowed: 3 or more. Check the geometry.")
+            raise InvalidValueError(
+                f"Bearing has {self.balls} balls; allowed: 3 or more. Check the geometry."
+            )
         if not 0.0 < self.ball_diameter_m < self.pitch_diameter_m:
             raise InvalidValueError(
                 f"Ball diameter {self.ball_diameter_m} m with pitch diameter {self.pitch_diameter_m} m; allowed: "

@@ -1,0 +1,105 @@
+"""The answer in a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+from .result import Analysis
+
+_ZONE_COLOUR = {"A": "green", "B": "green", "C": "yellow", "D": "red"}
+
+
+def show(analysis: Analysis, console: Console) -> None:
+    """Print one analysis: verdict, findings, severity, speed, warnings."""
+    console.print()
+    console.print(Text(Path(analysis.path).name, style="bold underline"), soft_wrap=True)
+    console.print(Text(analysis.verdict, style="bold"))
+    if analysis.findings:
+        console.print(_findings(analysis))
+    console.print(_facts(analysis))
+    for warning in analysis.warnings:
+        console.print(f"[yellow]![/] {escape(warning)}")
+
+
+def _findings(analysis: Analysis) -> Table:
+    table = Table(box=None, padding=(0, 2, 0, 0), show_edge=False)
+    table.add_column("probability", justify="right", no_wrap=True)
+    table.add_column("fault", no_wrap=True)
+    table.add_column("evidence", ratio=1)
+    for finding in analysis.findings:
+        colour = "red" if finding.probability >= 0.5 else "yellow" if finding.probability >= 0.25 else "white"
+        evidence = escape(finding.summary)
+        if finding.rivals:
+            evidence += f" [dim]Rivals: {', '.join(finding.rivals)}.[/]"
+        table.add_row(f"[{colour}]{finding.probability:.0%}[/]", finding.fault, evidence)
+    return table
+
+
+def _facts(analysis: Analysis) -> Table:
+    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0), show_edge=False)
+    table.add_column(style="dim", no_wrap=True)
+    table.add_column(ratio=1)
+    speed = analysis.speed
+    if speed is not None:
+        half = 30 * (speed.high_hz - speed.low_hz)
+        table.add_row(
+            "speed",
+            f"{speed.speed_rpm:.1f} rpm +- {half:.1f}, {escape(speed.method)}, confidence {speed.confidence:.0%}",
+        )
+    if analysis.severity:
+        for one in analysis.severity[:3]:
+            mark = "" if one.verified else " (unverified table)"
+            limits = " / ".join(f"{value:g}" for value in one.boundaries)
+            table.add_row(
+                "severity",
+                f"[{_ZONE_COLOUR.get(one.zone, 'white')}]zone {one.zone}[/]  {escape(one.channel)}: {one.value:.3g} {one.unit} "
+                f"({escape(one.quantity)}); {escape(one.standard)}, {escape(one.table)}, limits {limits}{mark}",
+            )
+        note = analysis.severity[0].note
+        if note:
+            table.add_row("", f"[dim]{escape(note)}[/]")
+    elif analysis.severity_refusal:
+        table.add_row("severity", escape(analysis.severity_refusal))
+    table.add_row(
+        "record",
+        f"{analysis.duration_s:.3g} s at {analysis.rate_hz:g} Hz, channels {escape(_channels(analysis))}",
+    )
+    if analysis.baseline_path:
+        table.add_row("baseline", escape(Path(analysis.baseline_path).name))
+    return table
+
+
+def _channels(analysis: Analysis) -> str:
+    shown = ", ".join(analysis.channels[:6])
+    rest = len(analysis.channels) - 6
+    return shown if rest <= 0 else f"{shown} and {rest} more"
+
+
+def show_overview(analyses: Sequence[Analysis], console: Console) -> None:
+    """Print a folder as one table, a row a file."""
+    table = Table(box=None, padding=(0, 2, 0, 0), show_edge=False)
+    for column in ("file", "rpm", "zone", "finding", "probability", "warnings"):
+        table.add_column(
+            column,
+            no_wrap=column != "finding",
+            justify="right" if column in ("rpm", "probability") else "left",
+        )
+    for analysis in analyses:
+        top = analysis.findings[0] if analysis.findings else None
+        zone = analysis.severity[0].zone if analysis.severity else "-"
+        table.add_row(
+            escape(Path(analysis.path).name),
+            "-" if analysis.speed is None else f"{analysis.speed.speed_rpm:.0f}",
+            f"[{_ZONE_COLOUR.get(zone, 'white')}]{zone}[/]",
+            "nothing evident" if top is None else top.fault,
+            "" if top is None else f"{top.probability:.0%}",
+            str(len(analysis.warnings)),
+        )
+    console.print()
+    console.print(table)
