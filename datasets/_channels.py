@@ -46,9 +46,7 @@ def describe_channels(content: FileContent, metadata: Metadata, path: Path) -> D
     known = _with_tacho_and_skip(known, content.channel_names, metadata, path)
     kept = [index for index, one in enumerate(known) if not one.skip]
     if not kept:
-        raise InvalidValueError(
-            f"{path}: every channel is left out. Channels: {', '.join(content.channel_names)}."
-        )
+        raise InvalidValueError(f"{path}: every channel is left out. Channels: {', '.join(content.channel_names)}.")
     signals = np.array(content.signals[kept])
     channels: list[Channel] = []
     warnings = _beyond(metadata, content.channel_names)
@@ -120,9 +118,7 @@ def _entry(values: tuple[str, ...], index: int, names: tuple[str, ...], what: st
     return values[index]
 
 
-def _position(
-    wanted: str, names: tuple[str, ...], known: list[ChannelMetadata], what: str, path: Path
-) -> int:
+def _position(wanted: str, names: tuple[str, ...], known: list[ChannelMetadata], what: str, path: Path) -> int:
     new_names = [one.name for one in known]
     for choices in (names, new_names):
         if wanted in choices:
@@ -156,13 +152,11 @@ def _scaled(one: ChannelMetadata, file_unit: str | None, name: str, *, hint: str
         unit = require_unit(one.unit)
         if stored is not None and stored != unit and hint != "tacho":
             warnings.append(
-                f"Channel {name}: the given unit {unit.text} contradicts the file's {stored.text}; "
-                f"{unit.text} is used."
+                f"Channel {name}: the given unit {unit.text} contradicts the file's {stored.text}; {unit.text} is used."
             )
     elif file_unit is not None and stored is None:
         warnings.append(
-            f"Channel {name}: unit {file_unit!r} is not known; amplitudes stay as stored and no severity "
-            "is stated."
+            f"Channel {name}: unit {file_unit!r} is not known; amplitudes stay as stored and no severity is stated."
         )
     stated = one.unit or file_unit
     if one.tacho or (hint == "tacho" and not (unit and unit.quantity == "rotational_speed")):
@@ -176,9 +170,7 @@ def _scaled(one: ChannelMetadata, file_unit: str | None, name: str, *, hint: str
     return _Scaled(unit.quantity, unit.to_si, stated, tuple(warnings))
 
 
-def _through_sensitivity(
-    text: str, unit: Unit | None, name: str, stated: str | None, warnings: list[str]
-) -> _Scaled:
+def _through_sensitivity(text: str, unit: Unit | None, name: str, stated: str | None, warnings: list[str]) -> _Scaled:
     sensitivity = parse_sensitivity(text)
     if unit is None:
         raise MissingMetadataError(
@@ -186,9 +178,7 @@ def _through_sensitivity(
             'Give the unit too: --unit V, or unit = "V" in recording.toml.'
         )
     if unit.quantity != "voltage":
-        warnings.append(
-            f"Channel {name} is in {unit.text}, not in volts; the sensitivity {text} is not applied."
-        )
+        warnings.append(f"Channel {name} is in {unit.text}, not in volts; the sensitivity {text} is not applied.")
         return _Scaled(unit.quantity, unit.to_si, stated, tuple(warnings))
     stored = f"{unit.text} at {sensitivity.text}"
     return _Scaled(sensitivity.quantity, unit.to_si / sensitivity.volts_per_si, stored, tuple(warnings))
@@ -197,6 +187,4 @@ def _through_sensitivity(
 def _require_different(names: list[str], path: Path) -> None:
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
-        raise InvalidValueError(
-            f"{path}: channel name {twice[0]!r} is given twice. Give each channel its own name."
-        )
+        raise InvalidValueError(f"{path}: channel name {twice[0]!r} is given twice. Give each channel its own name.")

@@ -8,9 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-_TACHO_NAME = re.compile(
-    r"tach|key[ _-]?phas|trigger|(^|[^a-z])(once[ _-]?per[ _-]?rev|1/rev)", re.IGNORECASE
-)
+_TACHO_NAME = re.compile(r"tach|key[ _-]?phas|trigger|(^|[^a-z])(once[ _-]?per[ _-]?rev|1/rev)", re.IGNORECASE)
 
 
 def quantity_hint(channel_name: str) -> str | None:

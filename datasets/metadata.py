@@ -117,9 +117,7 @@ class Metadata:
         for key in _ABOVE_ZERO:
             value = getattr(self, key)
             if value is not None and not (math.isfinite(value) and value > 0):
-                raise InvalidValueError(
-                    f"{key} = {value}; allowed: a finite number above 0, or leave it out."
-                )
+                raise InvalidValueError(f"{key} = {value}; allowed: a finite number above 0, or leave it out.")
 
     def merged_over(self, other: Metadata) -> Metadata:
         """Return this metadata with the gaps filled from ``other``.
@@ -219,9 +217,7 @@ def _ratio_behind(text: str) -> tuple[str, float]:
     except ValueError:
         ratio = 0.0
     if not (math.isfinite(ratio) and ratio > 0):
-        raise InvalidValueError(
-            f"Speed ratio {ratio_text!r} in {text!r}; allowed: a number above 0, for example @0.5."
-        )
+        raise InvalidValueError(f"Speed ratio {ratio_text!r} in {text!r}; allowed: a number above 0, for example @0.5.")
     return body.strip(), ratio
 
 
@@ -284,9 +280,7 @@ def _order_values(text: str) -> dict[str, float]:
             number = float(value)
         except ValueError:
             number = 0.0
-        if key.strip().upper() not in ("BPFO", "BPFI", "BSF", "FTF") or not (
-            math.isfinite(number) and number > 0
-        ):
+        if key.strip().upper() not in ("BPFO", "BPFI", "BSF", "FTF") or not (math.isfinite(number) and number > 0):
             raise InvalidValueError(
                 f"Bearing order {part.strip()!r} is not understood. Give BPFO=3.05,BPFI=4.95 and, if "
                 "known, BSF= and FTF=, "

@@ -76,9 +76,7 @@ class OperatingCondition:
 
     def __post_init__(self) -> None:
         if self.speed_rpm is not None and not (math.isfinite(self.speed_rpm) and self.speed_rpm >= 0):
-            raise InvalidValueError(
-                f"Speed {self.speed_rpm} rpm; allowed: a finite number >= 0, or leave it out."
-            )
+            raise InvalidValueError(f"Speed {self.speed_rpm} rpm; allowed: a finite number >= 0, or leave it out.")
 
 
 @dataclass(frozen=True)

@@ -140,9 +140,7 @@ def find_sidecar(path: Path, explicit: Path | str | None = None) -> Path | None:
     stems = [path.with_suffix(".toml")]
     if path.suffix == ".gz":
         stems.append(path.with_suffix("").with_suffix(".toml"))
-    return next(
-        (one for one in (*stems, path.parent / FOLDER_SIDECAR) if one.is_file() and one != path), None
-    )
+    return next((one for one in (*stems, path.parent / FOLDER_SIDECAR) if one.is_file() and one != path), None)
 
 
 def read_sidecar(sidecar: Path | str, path: Path | str | None = None) -> Metadata:
@@ -159,16 +157,12 @@ def read_sidecar(sidecar: Path | str, path: Path | str | None = None) -> Metadat
     try:
         document = tomllib.loads(sidecar.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise UnreadableFileError(
-            f"{sidecar}: cannot be read as TOML ({error}). Correct it or remove it."
-        ) from error
+        raise UnreadableFileError(f"{sidecar}: cannot be read as TOML ({error}). Correct it or remove it.") from error
     _check_keys(document, ("recording", "channel", "machine", "file"), sidecar, "top level")
     recording = dict(_table(document, "recording", _RECORDING, sidecar))
     for override in _tables(document, "file", {"match": _TEXT, **_RECORDING}, sidecar):
         if "match" not in override:
-            raise InvalidValueError(
-                f'{sidecar}: [[file]] without match. Give one, for example match = "1800_*.csv".'
-            )
+            raise InvalidValueError(f'{sidecar}: [[file]] without match. Give one, for example match = "1800_*.csv".')
         if path is not None and fnmatchcase(Path(path).name, str(override["match"])):
             recording.update({key: value for key, value in override.items() if key != "match"})
     channels = _channels(_tables(document, "channel", _CHANNEL, sidecar), sidecar)
@@ -195,9 +189,7 @@ def _channels(tables: list[Mapping[str, Any]], sidecar: Path) -> tuple[ChannelMe
     out: list[ChannelMetadata] = []
     for position, table in enumerate(tables, start=1):
         if table.get("direction") not in (None, *DIRECTIONS):
-            raise InvalidValueError(
-                f"{sidecar}: direction = {table['direction']!r}; allowed: {', '.join(DIRECTIONS)}."
-            )
+            raise InvalidValueError(f"{sidecar}: direction = {table['direction']!r}; allowed: {', '.join(DIRECTIONS)}.")
         placed = table if "match" in table or "number" in table else {**table, "number": position}
         out.append(ChannelMetadata(**placed))
     return tuple(out)
@@ -209,9 +201,7 @@ def _machine(document: Mapping[str, Any], sidecar: Path) -> dict[str, Any]:
         raise InvalidValueError(f"{sidecar}: machine must be a table: write [machine].")
     plain = {key: value for key, value in machine.items() if key not in ("bearing", "gear")}
     found = dict(_table({"machine": plain}, "machine", _MACHINE, sidecar, also=("bearing", "gear")))
-    found["bearings"] = tuple(
-        _bearing(one, sidecar) for one in _tables(machine, "bearing", _BEARING, sidecar)
-    )
+    found["bearings"] = tuple(_bearing(one, sidecar) for one in _tables(machine, "bearing", _BEARING, sidecar))
     found["gears"] = tuple(_gear(one, sidecar) for one in _tables(machine, "gear", _GEAR, sidecar))
     return found
 
@@ -221,9 +211,7 @@ def _bearing(table: Mapping[str, Any], sidecar: Path) -> MountedBearing:
     if "designation" in table:
         parsed = parse_bearing(table["designation"])
     elif all(key in table for key in sizes):
-        parsed = parse_bearing(
-            ",".join(str(table[key]) for key in sizes) + f",{table.get('contact_angle_deg', 0)}"
-        )
+        parsed = parse_bearing(",".join(str(table[key]) for key in sizes) + f",{table.get('contact_angle_deg', 0)}")
     else:
         raise InvalidValueError(f"{sidecar}: [[machine.bearing]] needs designation, or {', '.join(sizes)}.")
     ratio = float(table.get("shaft_ratio", parsed.shaft_ratio))
@@ -243,9 +231,7 @@ def _tables(
 ) -> list[Mapping[str, Any]]:
     found = document.get(name, [])
     if not isinstance(found, list) or not all(isinstance(one, dict) for one in found):
-        raise InvalidValueError(
-            f"{sidecar}: {name} must be a list of tables: write it with double brackets, [[...]]."
-        )
+        raise InvalidValueError(f"{sidecar}: {name} must be a list of tables: write it with double brackets, [[...]].")
     return [_table({name: one}, name, allowed, sidecar) for one in found]
 
 
@@ -269,9 +255,7 @@ def _table(
 def _check_keys(table: Mapping[str, Any], allowed: tuple[str, ...], sidecar: Path, where: str) -> None:
     unknown = [key for key in table if key not in allowed]
     if unknown:
-        raise InvalidValueError(
-            f"{sidecar}: unknown key {unknown[0]!r} in {where}. Allowed: {', '.join(allowed)}."
-        )
+        raise InvalidValueError(f"{sidecar}: unknown key {unknown[0]!r} in {where}. Allowed: {', '.join(allowed)}.")
 
 
 def _fits(value: object, kind: str) -> bool:

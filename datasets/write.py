@@ -37,9 +37,7 @@ def write_csv(recording: Recording, path: Path | str, *, force: bool = False) ->
         head.append(f"# speed_rpm: {recording.condition.speed_rpm!r}")
     if recording.label:
         head.append(f"# label: {' '.join(recording.label.split())}")
-    titles = [
-        f"{_plain(one.name)} ({one.unit})" if one.unit else _plain(one.name) for one in recording.channels
-    ]
+    titles = [f"{_plain(one.name)} ({one.unit})" if one.unit else _plain(one.name) for one in recording.channels]
     digits = "%.9g" if recording.signals.dtype == np.float32 else "%.17g"
     with path.open("w", encoding="utf-8", newline="\n") as handle:
         handle.write("\n".join([*head, ",".join(titles)]) + "\n")
@@ -78,9 +76,7 @@ def _plain(name: str) -> str:
 
 def _free(path: Path, *, force: bool) -> Path:
     if path.exists() and not force:
-        raise InvalidValueError(
-            f"{path} exists already. Give another name, or force (--force) to replace it."
-        )
+        raise InvalidValueError(f"{path} exists already. Give another name, or force (--force) to replace it.")
     if not path.parent.is_dir():
         raise InvalidValueError(f"Folder {path.parent} does not exist. Make it first, or give another.")
     return path

@@ -1,7 +1,7 @@
 """The ``rotorwise`` command.
 
-Exit codes: 0 all files analysed; 1 a bug in rotorwise; 2 wrong usage; 3 at least one file could not be analysed (the others
-were); 4 an output file could not be written.
+Exit codes: 0 all files analysed; 1 a bug in rotorwise; 2 wrong usage; 3 at least one file could not be analysed (the
+others were); 4 an output file could not be written.
 """
 
 from __future__ import annotations
@@ -69,16 +69,12 @@ def analyse(
         list[str] | None,
         _option("--sensitivity", text='Of a sensor in volts: "100 mV/g"; repeat: one a channel.'),
     ] = None,
-    channel_name: Annotated[
-        list[str] | None, _option("--channel-name", text="Name; repeat: one a channel.")
-    ] = None,
+    channel_name: Annotated[list[str] | None, _option("--channel-name", text="Name; repeat: one a channel.")] = None,
     direction: Annotated[
         list[str] | None,
         _option("--direction", text="horizontal, vertical, axial, ...; repeat: one a channel."),
     ] = None,
-    skip: Annotated[
-        list[str] | None, _option("--skip", text="Channel to leave out, name or number; repeat.")
-    ] = None,
+    skip: Annotated[list[str] | None, _option("--skip", text="Channel to leave out, name or number; repeat.")] = None,
     tacho: Annotated[Text, _option("--tacho", text="Channel with speed pulses, name or number.")] = None,
     pulses_per_revolution: Annotated[Number, _option("--pulses-per-revolution", text="Of the tacho.")] = None,
     line_frequency: Annotated[Number, _option("--line-frequency", text="Electrical supply, Hz.")] = None,
@@ -87,9 +83,7 @@ def analyse(
     ] = None,
     mounting: Annotated[Text, _option("--mounting", text="rigid or flexible.")] = None,
     power: Annotated[Number, _option("--power", text="Rated power, kW: chooses the zone table.")] = None,
-    shaft_height: Annotated[
-        Number, _option("--shaft-height", text="Shaft height, mm: chooses the zone table.")
-    ] = None,
+    shaft_height: Annotated[Number, _option("--shaft-height", text="Shaft height, mm: chooses the zone table.")] = None,
     sidecar: Annotated[
         Path | None, _option("--sidecar", text="recording.toml to use instead of the one beside the file.")
     ] = None,

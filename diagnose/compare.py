@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from .observe import Observation
@@ -40,7 +42,7 @@ def floor_change_db(now: Observation, baseline: Observation) -> tuple[np.ndarray
     edges = [16.0]
     while edges[-1] * 2 <= top:
         edges.append(edges[-1] * 2)
-    centres = np.array([np.sqrt(low * high) for low, high in zip(edges[:-1], edges[1:], strict=True)])
+    centres = np.array([np.sqrt(low * high) for low, high in pairwise(edges)])
     return centres, 10 * np.log10(_band_floor(now, edges) / _band_floor(baseline, edges))
 
 
@@ -48,7 +50,7 @@ def _band_floor(observation: Observation, edges: list[float]) -> np.ndarray:
     frequency = observation.spectrum.frequency_hz
     density = observation.spectrum.floor**2 / observation.spectrum.resolution_hz
     columns = []
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in pairwise(edges):
         inside = (frequency >= low) & (frequency < high)
         columns.append(density[:, inside].mean(axis=1) if inside.any() else np.ones(density.shape[0]))
     return np.maximum(np.array(columns).T, 1e-300)
@@ -62,9 +64,7 @@ def path_changed(now: Observation, baseline: Observation) -> list[str]:
     """
     _, change = floor_change_db(now, baseline)
     names = [channel.name for channel in now.recording.channels]
-    return [
-        name for name, row in zip(names, change, strict=True) if row.size and row.min() < -6 and row.max() > 6
-    ]
+    return [name for name, row in zip(names, change, strict=True) if row.size and row.min() < -6 and row.max() > 6]
 
 
 def repeatability_db(now: Observation, baseline: Observation) -> float:

@@ -31,25 +31,16 @@ FEATURES: tuple[Feature, ...] = (
     Feature("crest_factor", "1", "peak over rms, largest of the channels"),
     Feature("kurtosis", "1", "fourth standardised moment (3 for a Gaussian), largest of the channels"),
     Feature("skewness", "1", "third standardised moment of largest magnitude over the channels"),
-    *(
-        Feature(f"{key}_amplitude", "SI", f"peak amplitude at {key}, largest of the channels")
-        for key in _ORDER_KEYS
-    ),
+    *(Feature(f"{key}_amplitude", "SI", f"peak amplitude at {key}, largest of the channels") for key in _ORDER_KEYS),
     *(
         Feature(f"{key}_signal_to_noise", "1", f"amplitude at {key} over the noise floor, largest")
         for key in _ORDER_KEYS
     ),
     Feature("1x_velocity_share", "1", "share of 1X in the radial velocity energy, median of the channels"),
     Feature("2x_3x_velocity_share", "1", "share of 2X and 3X in the radial velocity energy, median"),
-    Feature(
-        "1x_phase_difference", "deg", "phase of 1X on the second radial channel minus the first, -180 to 180"
-    ),
-    Feature(
-        "sub_synchronous_share", "1", "share of 0.2X-0.8X in the velocity energy, largest of the channels"
-    ),
-    Feature(
-        "axial_over_radial", "1", "1X-3X level of the axial over the radial channels; NaN without directions"
-    ),
+    Feature("1x_phase_difference", "deg", "phase of 1X on the second radial channel minus the first, -180 to 180"),
+    Feature("sub_synchronous_share", "1", "share of 0.2X-0.8X in the velocity energy, largest of the channels"),
+    Feature("axial_over_radial", "1", "1X-3X level of the axial over the radial channels; NaN without directions"),
     *(
         Feature(
             f"{key}_{what}",
@@ -71,9 +62,7 @@ FEATURES: tuple[Feature, ...] = (
         )
         for harmonic in (1, 2, 3)
     ),
-    Feature(
-        "mesh_modulation_index", "1", "first sidebands over the mesh line, largest over shafts and channels"
-    ),
+    Feature("mesh_modulation_index", "1", "first sidebands over the mesh line, largest over shafts and channels"),
     Feature("band_low_share", "1", "share of 0.5X-10X in the energy, loudest channel"),
     Feature("band_middle_share", "1", "share of 10X-50X in the energy, loudest channel"),
     Feature("band_high_share", "1", "share above 50X in the energy, loudest channel"),
@@ -145,9 +134,7 @@ def _shares(now: Observation) -> dict[str, float]:
         turn = np.exp(-2j * np.pi * frequency * np.arange(now.recording.samples) / now.recording.rate_hz)
         window = np.hanning(now.recording.samples)
         first, second = (now.recording.signals[channel] @ (turn * window) for channel in radial[:2])
-        values["1x_phase_difference"] = (
-            float(np.degrees(np.angle(second / first))) if first != 0 else float("nan")
-        )
+        values["1x_phase_difference"] = float(np.degrees(np.angle(second / first))) if first != 0 else float("nan")
     return values
 
 
@@ -159,18 +146,14 @@ def _bands(now: Observation) -> dict[str, float]:
     total = max(float(power[loudest, frequency > 0.5 * speed].sum()), 1e-300)
     edges = ((0.5, 10.0, "low"), (10.0, 50.0, "middle"), (50.0, np.inf, "high"))
     values = {
-        f"band_{name}_share": float(
-            power[loudest, (frequency > low * speed) & (frequency <= high * speed)].sum()
-        )
+        f"band_{name}_share": float(power[loudest, (frequency > low * speed) & (frequency <= high * speed)].sum())
         / total
         for low, high, name in edges
     }
     shares = []
     for channel in range(now.channel_count):
         inside = (frequency > 0.2 * speed) & (frequency < max(1000.0, 10 * speed))
-        velocity = (
-            now.spectrum.amplitude[channel, inside] * now.velocity_factor(channel, frequency[inside])
-        ) ** 2
+        velocity = (now.spectrum.amplitude[channel, inside] * now.velocity_factor(channel, frequency[inside])) ** 2
         below = frequency[inside] < 0.8 * speed
         shares.append(float(velocity[below].sum() / max(velocity.sum(), 1e-300)))
     values["sub_synchronous_share"] = max(shares)

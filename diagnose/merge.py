@@ -58,8 +58,8 @@ class BlockResult:
 def merge(path: str, blocks: Sequence[BlockResult], shown: Pictures) -> Analysis:
     """Return one analysis for all blocks of a file.
 
-    Probabilities are averaged over the blocks, the worst severity counts, warnings are told once. A block of a machine at
-    rest says nothing of the faults, so only turning blocks are averaged where there are any.
+    Probabilities are averaged over the blocks, the worst severity counts, warnings are told once. A block of a machine
+    at rest says nothing of the faults, so only turning blocks are averaged where there are any.
     """
     first = blocks[0].recording
     turning = [block for block in blocks if block.turning] or list(blocks)
@@ -114,9 +114,7 @@ def _passing(blocks: Sequence[BlockResult], findings: tuple[Finding, ...]) -> li
         for finding in block.findings:
             if finding.probability >= _PASSING and finding.fault not in shown:
                 time = block.start_sample / block.recording.rate_hz
-                found.setdefault(
-                    finding.fault, f"For a while only, first at {time:.0f} s: {_WORDS[finding.fault]}."
-                )
+                found.setdefault(finding.fault, f"For a while only, first at {time:.0f} s: {_WORDS[finding.fault]}.")
     return list(found.values())
 
 
@@ -129,9 +127,7 @@ def _severity(blocks: Sequence[BlockResult]) -> tuple[Severity, ...]:
                 time = block.start_sample / block.recording.rate_hz
                 note = f"{one.note} Worst block at {time:.0f} s.".strip() if len(blocks) > 1 else one.note
                 worst[key] = replace(one, note=note)
-    return tuple(
-        sorted(worst.values(), key=lambda one: (one.zone, one.value / one.boundaries[0]), reverse=True)
-    )
+    return tuple(sorted(worst.values(), key=lambda one: (one.zone, one.value / one.boundaries[0]), reverse=True))
 
 
 def _speed(blocks: Sequence[BlockResult]) -> SpeedEstimate | None:
@@ -159,8 +155,7 @@ def _told_once(blocks: Sequence[BlockResult]) -> list[str]:
         for note in block.notes:
             count.setdefault(" ".join(note.split()[:4]), []).append(note)
     return [
-        same[0] if len(same) == 1 else f"{same[0]} (in {len(same)} of {len(blocks)} blocks)"
-        for same in count.values()
+        same[0] if len(same) == 1 else f"{same[0]} (in {len(same)} of {len(blocks)} blocks)" for same in count.values()
     ]
 
 

@@ -45,12 +45,11 @@ def _speed_doubts(now: Observation) -> list[str]:
     found = []
     hint = now.recording.condition.speed_rpm
     if speed.method == "hint only":
-        found.append(
-            f"The vibration does not show the speed; the given {speed.speed_rpm:.0f} rpm is used unchecked."
-        )
+        found.append(f"The vibration does not show the speed; the given {speed.speed_rpm:.0f} rpm is used unchecked.")
     elif speed.confidence < 0.8:
         found.append(
-            f"Speed {speed.speed_rpm:.1f} rpm is uncertain (confidence {speed.confidence:.0%}). Pass --speed to be sure."
+            f"Speed {speed.speed_rpm:.1f} rpm is uncertain (confidence {speed.confidence:.0%}). "
+            "Pass --speed to be sure."
         )
     if hint and abs(speed.speed_rpm / hint - 1) > _NOMINAL_ERROR:
         found.append(
@@ -60,9 +59,7 @@ def _speed_doubts(now: Observation) -> list[str]:
         found.append(f"The speed varies by {speed.variation:.1%} within the record.")
     turns = now.recording.samples / now.recording.rate_hz * speed.speed_hz
     if turns < _SHORT_TURNS:
-        found.append(
-            f"Short record: {turns:.0f} turns. Lines closer than {2 / turns:.2f}X cannot be separated."
-        )
+        found.append(f"Short record: {turns:.0f} turns. Lines closer than {2 / turns:.2f}X cannot be separated.")
     return found
 
 
@@ -89,8 +86,8 @@ def _unexplained_change(now: Observation, baseline: Observation, findings: tuple
         return []
     worst = int(high[np.argmax(rises[high])])
     return [
-        f"Unexplained: the noise rose by {rises[worst]:.0f} dB round {centres[worst]:.0f} Hz (median of the channels) and no "
-        "fault of the catalogue accounts for it."
+        f"Unexplained: the noise rose by {rises[worst]:.0f} dB round {centres[worst]:.0f} Hz (median of the channels) "
+        "and no fault of the catalogue accounts for it."
     ]
 
 
@@ -100,12 +97,8 @@ def _unknown_rhythm(now: Observation) -> list[str]:
     for envelope in now.envelopes:
         spectrum = envelope.spectrum
         order = spectrum.frequency_hz / now.speed_hz
-        inside = (order > 1.3) & (
-            np.abs(order - np.rint(order)) > 0.04 + 1.5 * spectrum.resolution_hz / now.speed_hz
-        )
-        depth = np.where(
-            inside & (spectrum.power_ratio[0] > now.significant_ratio), spectrum.amplitude[0], 0.0
-        )
+        inside = (order > 1.3) & (np.abs(order - np.rint(order)) > 0.04 + 1.5 * spectrum.resolution_hz / now.speed_hz)
+        depth = np.where(inside & (spectrum.power_ratio[0] > now.significant_ratio), spectrum.amplitude[0], 0.0)
         index = int(np.argmax(depth))
         if depth[index] > 0 and (best is None or depth[index] > best[0]):
             best = (float(depth[index]), float(order[index]), envelope)
@@ -113,6 +106,6 @@ def _unknown_rhythm(now: Observation) -> list[str]:
         return []
     depth, order, envelope = best
     return [
-        f"Impacts repeat at {order:.3f}X ({depth:.0%} modulation, {envelope.low_hz:.0f}-{envelope.high_hz:.0f} Hz), no multiple "
-        "of the shaft speed: a rolling bearing? Pass --bearing to name it."
+        f"Impacts repeat at {order:.3f}X ({depth:.0%} modulation, {envelope.low_hz:.0f}-{envelope.high_hz:.0f} Hz), no "
+        "multiple of the shaft speed: a rolling bearing? Pass --bearing to name it."
     ]

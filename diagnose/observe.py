@@ -74,9 +74,7 @@ class Observation:
         """Return the channels that are declared axial."""
         return [i for i, channel in enumerate(self.recording.channels) if channel.direction == "axial"]
 
-    def line(
-        self, order: float, *, channel: int, name: str | None = None, tolerance_bins: float = 1.0
-    ) -> Line:
+    def line(self, order: float, *, channel: int, name: str | None = None, tolerance_bins: float = 1.0) -> Line:
         """Return the spectral line at an order of the shaft speed, one channel."""
         speed = self.speed
         assert speed is not None
@@ -119,8 +117,7 @@ class Observation:
         line = self.line(order, channel=channel)
         return min(
             1.0,
-            (line.amplitude * float(self.velocity_factor(channel, line.frequency_hz))) ** 2
-            / max(total, 1e-300),
+            (line.amplitude * float(self.velocity_factor(channel, line.frequency_hz))) ** 2 / max(total, 1e-300),
         )
 
 
@@ -242,9 +239,7 @@ def _measure(
     width = 20.0 if speed is None else max(speed.speed_hz, 8.0)
     spectrum = spectrum_with_floor(recording.signals, rate_hz=recording.rate_hz, floor_width_hz=width)
     envelopes = () if speed is None else tuple(_envelopes(recording, speed.speed_hz))
-    tested = 60 * len(recording.channels) + 12 * max(len(recording.nameplate.bearings), 1) * 8 * len(
-        envelopes
-    )
+    tested = 60 * len(recording.channels) + 12 * max(len(recording.nameplate.bearings), 1) * 8 * len(envelopes)
     return Observation(
         recording,
         speed,

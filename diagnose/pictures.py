@@ -91,10 +91,11 @@ def _band_of(now: Observation, channel: int, findings: tuple[Finding, ...]) -> E
             if line.spectrum != "envelope" or line.channel != name:
                 continue
             for envelope in now.envelopes:
-                spectrum = envelope.spectrum
-                index = round(line.frequency_hz / spectrum.resolution_hz)
-                near = spectrum.amplitude[0, max(index - 1, 0) : index + 2]
-                if envelope.channel == channel and near.size and abs(near.max() / line.amplitude - 1) < 0.2:
+                floor = envelope.spectrum.floor[0]
+                index = round(line.frequency_hz / envelope.spectrum.resolution_hz)
+                near = floor[max(index - 2, 0) : index + 3]
+                # The floor under a line is the fingerprint of the band that it was measured in.
+                if envelope.channel == channel and np.any(near == line.noise_floor):
                     return envelope
     return None
 
@@ -127,9 +128,7 @@ def _cursors(now: Observation) -> list[Cursor]:
         place = bearing.location or bearing.geometry.designation or "bearing"
         for rhythm in rhythms(bearing):
             cursors += [
-                Cursor(
-                    f"{rhythm.label} {place}", f"{harmonic} x {rhythm.label}", harmonic * rhythm.order * speed
-                )
+                Cursor(f"{rhythm.label} {place}", f"{harmonic} x {rhythm.label}", harmonic * rhythm.order * speed)
                 for harmonic in range(1, 5)
             ]
     for gear in now.recording.nameplate.gears:
@@ -141,8 +140,7 @@ def _cursors(now: Observation) -> list[Cursor]:
                 if ratio is not None:
                     group = f"sidebands {ratio * speed:.2f} Hz"
                     cursors += [
-                        Cursor(group, f"{prefix}{k:+d}", mesh + k * ratio * speed)
-                        for k in (-3, -2, -1, 1, 2, 3)
+                        Cursor(group, f"{prefix}{k:+d}", mesh + k * ratio * speed) for k in (-3, -2, -1, 1, 2, 3)
                     ]
     line = now.recording.nameplate.line_frequency_hz
     if line is not None:
@@ -158,15 +156,10 @@ def _order_map(now: Observation) -> dict | None:
     length = int(min(signal.size, max(256, rate * _MAP_ROWS / (2 * top) * 2)))
     if signal.size < 4 * length:
         length = max(signal.size // 4, 64)
-    starts = np.linspace(
-        0, signal.size - length, min(_MAP_COLUMNS, max(signal.size // (length // 4), 2))
-    ).astype(int)
+    starts = np.linspace(0, signal.size - length, min(_MAP_COLUMNS, max(signal.size // (length // 4), 2))).astype(int)
     window = hann(length)
     columns = np.stack(
-        [
-            np.abs(np.fft.rfft((signal[s : s + length] - signal[s : s + length].mean()) * window))
-            for s in starts
-        ]
+        [np.abs(np.fft.rfft((signal[s : s + length] - signal[s : s + length].mean()) * window)) for s in starts]
     )
     frequency = np.fft.rfftfreq(length, 1 / rate)
     kept = frequency <= top

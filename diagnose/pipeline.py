@@ -72,8 +72,7 @@ def analyse(
     >>> analyse("pump.wav", metadata=Metadata(speed_rpm=1480)).findings  # doctest: +SKIP
     """
     records = [
-        one if isinstance(one, Baseline) else read_baseline(one, metadata=metadata, sidecar=sidecar)
-        for one in baseline
+        one if isinstance(one, Baseline) else read_baseline(one, metadata=metadata, sidecar=sidecar) for one in baseline
     ]
     blocks: list[BlockResult] = []
     shown, strongest = Pictures(), -1.0
@@ -89,9 +88,7 @@ def analyse(
     return merge(str(path), blocks, shown)
 
 
-def read_baseline(
-    path: str | Path, *, metadata: Metadata | None = None, sidecar: str | Path | None = None
-) -> Baseline:
+def read_baseline(path: str | Path, *, metadata: Metadata | None = None, sidecar: str | Path | None = None) -> Baseline:
     """Return the first block of a healthy record, measured."""
     recording = next(_blocks(path, metadata, sidecar))
     return Baseline(str(path), observe(recording), recording)

@@ -236,7 +236,8 @@ class Analysis:
     rate_hz, duration_s : float
     features : dict
         Named feature vector (see ``features.py``).
-    reader, nameplate_name, baseline_path : str or None
+    label, reader, baseline_path : str or None
+        The known state, if any; the reader that took the file; the baseline used.
     tests : int
         How many lines were tested; false-alarm control covers all of them.
     blocks : tuple of dict

@@ -52,17 +52,14 @@ def run(request: Request) -> int:
     try:
         paths, left_out = find_recordings(request.files, recursive=request.recursive)
         baselines = [
-            read_baseline(one, metadata=request.metadata, sidecar=request.sidecar)
-            for one in _baselines(request)
+            read_baseline(one, metadata=request.metadata, sidecar=request.sidecar) for one in _baselines(request)
         ]
     except RotorwiseError as problem:
         return _say(problem, _FILE_FAILED)
     for path in left_out:
         print(f"rotorwise: {path}: not a recording that any reader knows; left out.", file=sys.stderr)
     if not paths:
-        print(
-            "rotorwise: no recording found. Name files, or pass --recursive for sub-folders.", file=sys.stderr
-        )
+        print("rotorwise: no recording found. Name files, or pass --recursive for sub-folders.", file=sys.stderr)
         return _FILE_FAILED
     analyses, failed = _analyse_all(request, paths, baselines)
     _print(request, analyses)
@@ -76,9 +73,7 @@ def _baselines(request: Request) -> list[Path]:
     return find_recordings(request.baseline, recursive=request.recursive)[0] if request.baseline else []
 
 
-def _analyse_all(
-    request: Request, paths: list[Path], baselines: list[Baseline]
-) -> tuple[list[Analysis], int]:
+def _analyse_all(request: Request, paths: list[Path], baselines: list[Baseline]) -> tuple[list[Analysis], int]:
     analyses: list[Analysis] = []
     failed = 0
     with _progress(len(paths)) as tell:
@@ -94,14 +89,10 @@ def _analyse_all(
             except RotorwiseError as problem:
                 failed += 1
                 message = str(problem)
-                print(
-                    f"rotorwise: {message if str(path) in message else f'{path}: {message}'}", file=sys.stderr
-                )
+                print(f"rotorwise: {message if str(path) in message else f'{path}: {message}'}", file=sys.stderr)
                 continue
             if request.report is None:
-                analysis = replace(
-                    analysis, pictures=replace(for_folder(analysis.pictures), spectra=(), envelopes=())
-                )
+                analysis = replace(analysis, pictures=replace(for_folder(analysis.pictures), spectra=(), envelopes=()))
             elif len(paths) > _MANY_FILES:
                 analysis = replace(analysis, pictures=for_folder(analysis.pictures))
             analyses.append(analysis)

@@ -138,9 +138,7 @@ def _unusable(channels: tuple[Channel, ...]) -> str:
     if volts:
         sentences.append(f"{_some(volts)} in volts: no severity. Pass --sensitivity, for example 100 mV/g.")
     if sound:
-        sentences.append(
-            f"{_some(sound)}: sound pressure, which no vibration zone judges. Use a vibration channel."
-        )
+        sentences.append(f"{_some(sound)}: sound pressure, which no vibration zone judges. Use a vibration channel.")
     return " ".join(sentences)
 
 
@@ -151,15 +149,8 @@ def _some(names: list[str]) -> str:
 
 def _wrong_table(named: ChosenTable) -> str:
     row = named.rows[0]
-    needed = (
-        "a displacement probe at the shaft"
-        if row.sensor == "shaft"
-        else "acceleration or velocity of a housing"
-    )
-    return (
-        f"Table {row.id} needs {needed}, which this recording lacks. "
-        "Pass another --severity-table or leave it out."
-    )
+    needed = "a displacement probe at the shaft" if row.sensor == "shaft" else "acceleration or velocity of a housing"
+    return f"Table {row.id} needs {needed}, which this recording lacks. Pass another --severity-table or leave it out."
 
 
 def _items(recording: Recording, named: ChosenTable | None) -> Iterator[_Item]:
@@ -187,9 +178,7 @@ def _partner(recording: Recording, index: int) -> int | None:
     found = [
         other
         for other, channel in enumerate(recording.channels)
-        if channel.quantity == "displacement"
-        and channel.direction == wanted
-        and channel.location == mine.location
+        if channel.quantity == "displacement" and channel.direction == wanted and channel.location == mine.location
     ]
     return found[0] if wanted and len(found) == 1 else None
 
@@ -198,8 +187,7 @@ def _judge(recording: Recording, item: _Item, machine: Machine, baseline: Record
     for index in item.channels:
         if is_constant(recording.signals[index]):
             raise Refused(
-                f"{recording.channels[index].name} never changes: no severity. "
-                "Check the sensor and its cable."
+                f"{recording.channels[index].name} never changes: no severity. Check the sensor and its cable."
             )
     rows = _rows_at_speed(item.table.rows, machine)
     judged = [_severity(recording, item, row, machine, baseline) for row in rows]

@@ -76,7 +76,7 @@ def synthetic_vibration(
     samples = int(duration_s * rate_hz)
     if samples < 1 or speed_hz <= 0:
         raise InvalidValueError(
-            f"{duration_s} s at {rate_hz} Hz and {speed_hz} turns a second; allowed: at least one sample, speed above 0."
+            f"{duration_s} s at {rate_hz} Hz and {speed_hz} turns a second; allowed: one sample or more, speed above 0."
         )
     generator = np.random.default_rng(seed)
     time = np.arange(samples) / rate_hz
@@ -93,9 +93,7 @@ def _ringing(
 ) -> np.ndarray:
     period = 1.0 / (train.order * speed_hz)
     count = int(time[-1] / period) + 2
-    strikes = np.cumsum(period * (1 + train.slip * generator.normal(size=count))) + period * (
-        generator.uniform() - 1
-    )
+    strikes = np.cumsum(period * (1 + train.slip * generator.normal(size=count))) + period * (generator.uniform() - 1)
     strikes = strikes[(strikes >= 0) & (strikes < time[-1])]
     size = 1 + train.modulation_depth * np.cos(2 * np.pi * train.modulation_order * speed_hz * strikes)
     omega = 2 * np.pi * train.resonance_hz
@@ -105,7 +103,5 @@ def _ringing(
     for strike, strength in zip(strikes, size, strict=True):
         first = int(np.ceil(strike * rate_hz))
         since = (first + np.arange(length)) / rate_hz - strike
-        signal[first : first + length] += (
-            train.amplitude * strength * np.exp(-decay * since) * np.sin(omega * since)
-        )
+        signal[first : first + length] += train.amplitude * strength * np.exp(-decay * since) * np.sin(omega * since)
     return signal[: time.size]

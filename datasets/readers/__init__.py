@@ -59,9 +59,7 @@ def read_head(path: Path) -> bytes:
     except IsADirectoryError:
         raise UnreadableFileError(f"{path} is a folder; a file is needed here.") from None
     except OSError as error:
-        raise UnreadableFileError(
-            f"{path}: cannot be opened ({error.strerror}). Check the permissions."
-        ) from error
+        raise UnreadableFileError(f"{path}: cannot be opened ({error.strerror}). Check the permissions.") from error
     if not head:
         raise UnreadableFileError(f"{path} is empty (0 bytes). Export or copy it again.")
     return head

@@ -11,9 +11,7 @@ _RATE = re.compile(
     r"(fs|sr|rate_?hz|sampl?(e|ing)?_?(rate|freq|frequency)(_?(in_?)?hz)?|samplerate|sampfreq|fsamp|f_?sample)",
     re.ASCII,
 )
-_STEP = re.compile(
-    r"(dt|x_?inc|x_?axis_?step|x_?step|wf_increment|sample_?(interval|period)|time_?step)(_?s)?"
-)
+_STEP = re.compile(r"(dt|x_?inc|x_?axis_?step|x_?step|wf_increment|sample_?(interval|period)|time_?step)(_?s)?")
 _SPEED = re.compile(r"((shaft_?|motor_?|rotation(al)?_?)?(speed_?)?rpm|speed_?\(?rpm\)?|speed_in_rpm)")
 _LABEL = re.compile(r"(label|class|condition|fault)")
 _TIME = re.compile(
@@ -88,9 +86,7 @@ def seconds_per(unit: str | None) -> float | None:
 
 def number_in(text: object) -> float | None:
     """Return the finite number of a text, kHz and ms applied (``"25.6 kHz"`` is 25600); else None."""
-    match = re.fullmatch(
-        r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*([A-Za-z/µ]*)\s*", str(text).replace(",", ".")
-    )
+    match = re.fullmatch(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*([A-Za-z/µ]*)\s*", str(text).replace(",", "."))
     if match is None:
         return None
     try:

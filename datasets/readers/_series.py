@@ -56,8 +56,7 @@ def gather(
     chosen = largest_group([one for one in series if one.samples > 0])
     if not chosen:
         raise UnreadableFileError(
-            f"{path} holds no numeric samples. Check that the export contains the signals, not only its "
-            "header."
+            f"{path} holds no numeric samples. Check that the export contains the signals, not only its header."
         )
     warnings = list(header.warnings)
     left_out = [one for one in series if one not in chosen]

@@ -71,24 +71,16 @@ def sampling_rate(
     """Return the rate (the preamble's before the time column's) and warnings, of ``peek`` if given."""
     stated = next((positive(value) for key, value in layout.fields if is_rate(key) and positive(value)), None)
     if stated is None:
-        step = next(
-            (positive(value) for key, value in layout.fields if is_step(key) and positive(value)), None
-        )
+        step = next((positive(value) for key, value in layout.fields if is_step(key) and positive(value)), None)
         stated = None if step is None else 1.0 / step
-    seconds = (
-        stamps.seconds
-        if peek is None or stamps.column is None
-        else peek.values[:, stamps.column] * stamps.scale
-    )
+    seconds = stamps.seconds if peek is None or stamps.column is None else peek.values[:, stamps.column] * stamps.scale
     if seconds.size < 2:
         return stated, ()
     found, warnings = rate_from_times(seconds)
     if stated is None:
         return found, warnings
     if found is not None and abs(found - stated) > 0.01 * stated:
-        text = (
-            f"The header states {stated:g} Hz but the time column gives {found:g} Hz; {stated:g} Hz is used."
-        )
+        text = f"The header states {stated:g} Hz but the time column gives {found:g} Hz; {stated:g} Hz is used."
         warnings = (*warnings, text)
     return stated, warnings
 
@@ -109,18 +101,10 @@ def choose_columns(rows: Rows, layout: TextLayout, path: Path) -> tuple[Columns,
             "time. Give the file with the sampled signal."
         )
     time, scale, dropped, warnings = _time_column(rows, layout, titles)
-    empty = {
-        c
-        for c in range(layout.columns)
-        if np.isnan(rows.values[:, c]).all() and not (titles and titles[c][0])
-    }
-    signals = tuple(
-        c for c in range(layout.columns) if c != time and c not in dropped | empty | layout.stamp_columns
-    )
+    empty = {c for c in range(layout.columns) if np.isnan(rows.values[:, c]).all() and not (titles and titles[c][0])}
+    signals = tuple(c for c in range(layout.columns) if c != time and c not in dropped | empty | layout.stamp_columns)
     if not signals:
-        raise UnreadableFileError(
-            f"{path}: no signal column beside time or row number. Export the signals with it."
-        )
+        raise UnreadableFileError(f"{path}: no signal column beside time or row number. Export the signals with it.")
     fields = dict(layout.fields)
     named = [_title(c, position, titles, fields, len(signals)) for position, c in enumerate(signals)]
     units = _units(signals, titles, layout, fields)
@@ -143,9 +127,7 @@ def choose_columns(rows: Rows, layout: TextLayout, path: Path) -> tuple[Columns,
 
 def _is_other_table(rows: Rows, layout: TextLayout, titles: list[tuple[str, str | None]]) -> bool:
     """A speed signal recorded over time also has such a title, but then there is a rate or a time column."""
-    timed = any(is_rate(key) or is_step(key) for key, _ in layout.fields) or any(
-        is_time(name) for name, _ in titles
-    )
+    timed = any(is_rate(key) or is_step(key) for key, _ in layout.fields) or any(is_time(name) for name, _ in titles)
     return not timed and bool(np.mean(np.diff(rows.values[:, 0]) > 0) > 0.9)
 
 
@@ -172,10 +154,7 @@ def _time_column(
         if not is_time(name) and seconds_per(unit) is None:
             continue
         if seconds_per(unit) is None and is_row_count(values[:, column]):
-            text = (
-                f"Column {name!r} counts 0, 1, 2, ... without a unit: a row number, not time; it was left "
-                "out."
-            )
+            text = f"Column {name!r} counts 0, 1, 2, ... without a unit: a row number, not time; it was left out."
             return None, 1.0, dropped | {column}, [text]
         return column, seconds_per(unit) or epoch_scale(float(values[0, column])), dropped, []
     return None, 1.0, dropped, []
@@ -201,11 +180,7 @@ def _title(
 ) -> str:
     if count == 1:
         stated = next(
-            (
-                value
-                for key, value in fields.items()
-                if key_of(key) in ("signal_name", "channel_name", "channel")
-            ),
+            (value for key, value in fields.items() if key_of(key) in ("signal_name", "channel_name", "channel")),
             "",
         )
         if stated:

@@ -87,9 +87,7 @@ def detect_layout(text: str, encoding: str) -> TextLayout | None:
     """Return the layout of the text that a file begins with; None when it has no rows of numbers."""
     lines = text.splitlines()
     best: tuple[float, tuple[str | None, str], list[int]] | None = None
-    body = [
-        (index, line) for index, line in enumerate(lines) if line.strip() and line.lstrip()[0] not in "#%"
-    ]
+    body = [(index, line) for index, line in enumerate(lines) if line.strip() and line.lstrip()[0] not in "#%"]
     sample = body[-60:]
     for separator in _SEPARATORS:
         for decimal in (".", ","):
@@ -134,9 +132,7 @@ def _is_decimal_comma(sample: list[tuple[int, str]], lines: list[str], body: lis
     fractions = [match.group(1) for match in rows if match]
     if len(fractions) < 0.9 * len(sample):
         return False
-    return any(text.startswith("0") and len(text) > 1 for text in fractions) or any(
-        m and m.group(2) for m in rows
-    )
+    return any(text.startswith("0") and len(text) > 1 for text in fractions) or any(m and m.group(2) for m in rows)
 
 
 def _layout(
@@ -154,13 +150,9 @@ def _layout(
         return None
     width = widths.most_common(1)[0][0]
     typical = [cells for cells, good in zip(rows, is_row, strict=True) if good and len(cells) == width]
-    stamps = frozenset(
-        c for c in range(width) if _mostly(typical, c, lambda cell: _STAMP.fullmatch(cell) is not None)
-    )
+    stamps = frozenset(c for c in range(width) if _mostly(typical, c, lambda cell: _STAMP.fullmatch(cell) is not None))
     text = frozenset(
-        c
-        for c in range(width)
-        if c not in stamps and _mostly(typical, c, lambda cell: not _is_known(cell, decimal))
+        c for c in range(width) if c not in stamps and _mostly(typical, c, lambda cell: not _is_known(cell, decimal))
     )
     first = _first_row(body, separator, decimal, width, text)
     if first is None:
@@ -216,11 +208,7 @@ def _preamble(
     remaining = [line.strip("\r\n") for line in lines if line.strip()]
     header = units = None
     while remaining and header is None:
-        bare = (
-            remaining[-1].lstrip(_COMMENTS + " ")
-            if remaining[-1].lstrip()[:1] in _COMMENTS
-            else remaining[-1]
-        )
+        bare = remaining[-1].lstrip(_COMMENTS + " ") if remaining[-1].lstrip()[:1] in _COMMENTS else remaining[-1]
         cells = split_cells(bare, separator)
         if separator is None and len(cells) != width:
             cells = split_cells(bare, ",")

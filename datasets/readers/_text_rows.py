@@ -83,9 +83,7 @@ def _is_cut(lines: list[str], layout: TextLayout) -> bool:
     return False
 
 
-def _tolerant(
-    lines: list[str], layout: TextLayout, path: Path, first_row: int
-) -> tuple[np.ndarray, list[str]]:
+def _tolerant(lines: list[str], layout: TextLayout, path: Path, first_row: int) -> tuple[np.ndarray, list[str]]:
     import pandas as pd
 
     # Every cell gets a column, so that a row with too many is no error of the parser; the spare ones are
@@ -104,9 +102,7 @@ def _tolerant(
             low_memory=False,
         )
     except (ValueError, pd.errors.ParserError) as error:
-        raise UnreadableFileError(
-            f"{path}: rows cannot be parsed ({error}). Export the file again."
-        ) from error
+        raise UnreadableFileError(f"{path}: rows cannot be parsed ({error}). Export the file again.") from error
     out = np.empty((len(frame), layout.columns))
     notes: list[str] = []
     for column in range(layout.columns):

@@ -68,9 +68,7 @@ def is_steady_rise(values: np.ndarray) -> bool:
         return False
     steps = np.diff(values)
     mean = float(steps.mean())
-    return mean > 0 and bool(
-        np.max(np.abs(steps - mean)) <= 0.02 * mean + 4 * np.spacing(np.max(np.abs(values)))
-    )
+    return mean > 0 and bool(np.max(np.abs(steps - mean)) <= 0.02 * mean + 4 * np.spacing(np.max(np.abs(values))))
 
 
 def is_row_count(values: np.ndarray) -> bool:

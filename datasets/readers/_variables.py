@@ -133,9 +133,7 @@ def _series_of(one: Variable) -> list[StoredSeries]:
     columns = [index for index in np.ndindex(*(shape[axis] for axis in rest))]
     names = _column_names(one, len(columns))
     units = _column_units(one, len(columns))
-    rate = next(
-        (positive(value) for key, value in one.attributes.items() if is_rate(key) or key == "rate"), None
-    )
+    rate = next((positive(value) for key, value in one.attributes.items() if is_rate(key) or key == "rate"), None)
     if rate is None:
         step = next((positive(value) for key, value in one.attributes.items() if is_step(key)), None)
         rate = None if step is None else 1.0 / step
@@ -169,10 +167,7 @@ def _texts(value: object) -> list[str]:
 def _column_names(one: Variable, columns: int) -> list[str]:
     for key, value in one.attributes.items():
         texts = _texts(value)
-        if (
-            key.casefold() in ("channels", "channel_names", "names", "columns", "name")
-            and len(texts) == columns
-        ):
+        if key.casefold() in ("channels", "channel_names", "names", "columns", "name") and len(texts) == columns:
             return texts
     if columns == 1:
         return [one.name]
@@ -195,9 +190,7 @@ def _column_units(one: Variable, columns: int) -> list[str | None]:
 def _with_time(header: Header, time: Variable, samples: int) -> Header:
     length = int(max(time.data.shape))
     if length != samples or int(np.prod(time.data.shape)) != length:
-        return replace(
-            header, warnings=(*header.warnings, f"Time vector {time.name} has another length; not used.")
-        )
+        return replace(header, warnings=(*header.warnings, f"Time vector {time.name} has another length; not used."))
     (series,) = _series_of(time)
     head = np.asarray(series.load(0, min(length, _STAMPS_CHECKED)), dtype=np.float64)
     rate, warnings = rate_from_times(head)

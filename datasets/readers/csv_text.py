@@ -162,9 +162,7 @@ def _chunks(path: Path, *, chunk_lines: int, stop: int | None) -> Iterator[tuple
             wanted = chunk_lines if stop is None else min(chunk_lines, stop - (state.rows if state else 0))
             following = _take(lines, chunk_lines, notes) if not notes else []
             done = not following or (stop is not None and wanted < len(pending))
-            rows = parse_rows(
-                pending, layout, path, first_row=state.rows if state else 0, is_last=not following
-            )
+            rows = parse_rows(pending, layout, path, first_row=state.rows if state else 0, is_last=not following)
             if state is None:
                 state = _first_chunk(rows, layout, path, whole=not following)
             state.warnings = tuple(dict.fromkeys((*state.warnings, *rows.warnings, *notes)))
@@ -177,9 +175,7 @@ def _chunks(path: Path, *, chunk_lines: int, stop: int | None) -> Iterator[tuple
 
 def _first_chunk(rows: Rows, layout: TextLayout, path: Path, *, whole: bool) -> _Parsed:
     if rows.values.shape[0] == 0:
-        raise UnreadableFileError(
-            f"{path}: no complete row of numbers. The file was cut off; export it again."
-        )
+        raise UnreadableFileError(f"{path}: no complete row of numbers. The file was cut off; export it again.")
     columns, stamps, warnings = choose_columns(rows, layout, path)
     rate, _ = sampling_rate(stamps, layout, peek=rows)
     if whole and rate is None and stamps.column is None and rows.values.shape[0] < _FEWEST_ROWS:

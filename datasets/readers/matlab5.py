@@ -45,8 +45,7 @@ def read(path: Path, *, start: int = 0, stop: int | None = None) -> FileContent:
         # SciPy raises many kinds of error on damaged bytes, zlib's and its own among them.
         reason = " ".join(str(error).split())[:150]
         raise UnreadableFileError(
-            f"{path}: truncated or corrupted MATLAB file ({reason}). Copy it again, or save it again in "
-            "MATLAB."
+            f"{path}: truncated or corrupted MATLAB file ({reason}). Copy it again, or save it again in MATLAB."
         ) from error
     variables: list[Variable] = []
     for name, value in found.items():

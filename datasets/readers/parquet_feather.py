@@ -43,8 +43,7 @@ def read(path: Path, *, start: int = 0, stop: int | None = None) -> FileContent:
                 "sample a row. Export one recording a file, numbers only."
             )
         metadata = {
-            key.decode(): value.decode("utf-8", "replace")
-            for key, value in (table.schema.metadata or {}).items()
+            key.decode(): value.decode("utf-8", "replace") for key, value in (table.schema.metadata or {}).items()
         }
         header, used = _header(metadata, columns, table.rows)
         series = [one.series() for one in columns if one not in used and one.kind == "number"]
@@ -58,8 +57,7 @@ class _Column:
         self.table, self.index = table, index
         self.name, self.unit = split_header_cell(field.name)
         metadata = {
-            key.decode().casefold(): value.decode("utf-8", "replace")
-            for key, value in (field.metadata or {}).items()
+            key.decode().casefold(): value.decode("utf-8", "replace") for key, value in (field.metadata or {}).items()
         }
         self.unit = metadata.get("unit") or metadata.get("units") or self.unit
         self.kind = "other"
@@ -70,9 +68,7 @@ class _Column:
 
     def load(self, start: int, stop: int) -> np.ndarray:
         values = self.table.column(self.index, start, stop).to_numpy(zero_copy_only=False)
-        return (
-            values.astype("timedelta64[ns]").astype(np.int64) * 1e-9 if values.dtype.kind == "m" else values
-        )
+        return values.astype("timedelta64[ns]").astype(np.int64) * 1e-9 if values.dtype.kind == "m" else values
 
     def seconds(self, start: int, stop: int) -> np.ndarray:
         values = self.load(start, stop)
@@ -139,15 +135,11 @@ def _parquet(path: Path) -> _Table:
             self.file = pq.ParquetFile(path)
             self.schema = self.file.schema_arrow
             self.rows = self.file.metadata.num_rows
-            sizes = [
-                self.file.metadata.row_group(index).num_rows for index in range(self.file.num_row_groups)
-            ]
+            sizes = [self.file.metadata.row_group(index).num_rows for index in range(self.file.num_row_groups)]
             self.edges = np.concatenate([[0], np.cumsum(sizes)]).astype(int)
 
         def column(self, index: int, start: int, stop: int) -> Any:
-            groups = [
-                g for g in range(len(self.edges) - 1) if self.edges[g] < stop and self.edges[g + 1] > start
-            ]
+            groups = [g for g in range(len(self.edges) - 1) if self.edges[g] < stop and self.edges[g + 1] > start]
             field = self.schema.field(index)
             if not groups:
                 return pa.array([], type=field.type)

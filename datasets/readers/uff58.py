@@ -59,9 +59,7 @@ def read(path: Path, *, start: int = 0, stop: int | None = None) -> FileContent:
         usable = [one for one in found if one.refusal is None]
         if not usable:
             reason = "; ".join(warnings[:3]) or "no data set 58 in it"
-            raise UnreadableFileError(
-                f"{path}: no evenly spaced time response ({reason}). Export time histories."
-            )
+            raise UnreadableFileError(f"{path}: no evenly spaced time response ({reason}). Export time histories.")
         shortest = min(one.points for one in usable)
         for one in usable:
             if one.points < one.promised:
@@ -89,9 +87,7 @@ def _snapped(series: list[StoredSeries]) -> list[StoredSeries]:
         rate = one.rate_hz or 0.0
         near = float(round(rate))
         out.append(
-            StoredSeries(
-                one.name, one.samples, one.load, one.unit, near if abs(near - rate) < 5e-6 * rate else rate
-            )
+            StoredSeries(one.name, one.samples, one.load, one.unit, near if abs(near - rate) < 5e-6 * rate else rate)
         )
     return out
 
@@ -188,8 +184,6 @@ def _loader(handle: BinaryIO, one: _DataSet):
             whole = len(line.rstrip()) // width
             parts.append(line[: whole * width])
             count += whole
-        return np.frombuffer(b"".join(parts), dtype=f"S{width}")[start:stop].astype(
-            one.dtype.newbyteorder("=")
-        )
+        return np.frombuffer(b"".join(parts), dtype=f"S{width}")[start:stop].astype(one.dtype.newbyteorder("="))
 
     return load_binary if one.binary else load_text

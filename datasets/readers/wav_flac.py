@@ -32,9 +32,7 @@ def read(path: Path, *, start: int = 0, stop: int | None = None) -> FileContent:
         total = _believable_frames(sound.frames, sound.channels, path)
         rate, subtype, channels = sound.samplerate, sound.subtype, sound.channels
         if total == 0:
-            raise UnreadableFileError(
-                f"{path} holds no samples; it was cut off in its header. Copy it again."
-            )
+            raise UnreadableFileError(f"{path} holds no samples; it was cut off in its header. Copy it again.")
         start = min(start, total)
         stop = total if stop is None else min(stop, total)
         sound.seek(start)
@@ -76,7 +74,5 @@ def _cut_off_warning(path: Path) -> tuple[str, ...]:
     actual = path.stat().st_size
     # 0 and 0xFFFFFFFF mean "length not known" in files written as a stream.
     if head[:4] == b"RIFF" and promised not in (8, 0xFFFFFFFF + 8) and promised > actual:
-        return (
-            f"{path.name} is cut off: {actual} of {promised} bytes are there; the samples present are used.",
-        )
+        return (f"{path.name} is cut off: {actual} of {promised} bytes are there; the samples present are used.",)
     return ()

@@ -20,9 +20,7 @@ from ..signal.spectrum import peak_near
 
 _SLIP = 0.02  # rolling elements slip up to 2 % against the kinematic order
 _SLIP_SPREAD = 0.01
-_EVEN_DEPTH = (
-    0.4  # modulation depth at which a defect is as likely as not: a third or so of the energy in impacts
-)
+_EVEN_DEPTH = 0.4  # modulation depth at which a defect is as likely as not: a third or so of the energy in impacts
 _STEEPNESS = 5.0
 # Impacts repeat in harmonics; the variable compliance of a healthy bearing is nearly a sine.
 _HARMONICS_FACTOR = {0: 0.5, 1: 0.5, 2: 1.0, 3: 1.5}
@@ -30,9 +28,9 @@ _LEAST_PROBABILITY = 0.02
 _SECOND_DEFECT = 0.3  # a second defect at once is rarer, and a strong first one stirs everything
 
 _CHECKS = {
-    "bearing_outer_race": "Listen at the housing, check grease and outer-race fit; compare with a record after relubrication.",
+    "bearing_outer_race": "Listen at the housing, check grease and race fit; compare with a record after greasing.",
     "bearing_inner_race": "Check clearance and inner-race fit; plan the replacement if the line grows.",
-    "bearing_ball": "Inspect rolling elements; the cage rhythm varies from record to record, so repeat the measurement.",
+    "bearing_ball": "Inspect rolling elements; the rhythm varies from record to record, so repeat the measurement.",
     "bearing_cage": "Check lubrication and cage wear; repeat the measurement.",
 }
 
@@ -86,9 +84,7 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
     """
     if now.speed is None or not now.turning:
         return []
-    waiting = [
-        (bearing, rhythm) for bearing in now.recording.nameplate.bearings for rhythm in rhythms(bearing)
-    ]
+    waiting = [(bearing, rhythm) for bearing in now.recording.nameplate.bearings for rhythm in rhythms(bearing)]
     taken: list[RhythmEvidence] = []
     findings: list[Finding] = []
     while waiting:
@@ -102,11 +98,7 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
         taken.append(evidence)
         findings.append(_finding(now, baseline, pair[0], evidence, crowd))
         waiting = [other for _, other in found if other is not pair]
-    shared = [
-        one
-        for bearing in now.recording.nameplate.bearings
-        for one in _ball_or_cage(findings, place_of(bearing))
-    ]
+    shared = [one for bearing in now.recording.nameplate.bearings for one in _ball_or_cage(findings, place_of(bearing))]
     return [one for one in shared if one.probability >= _LEAST_PROBABILITY]
 
 
@@ -141,9 +133,7 @@ def _candidates(now: Observation, envelope: EnvelopeSpectrum, rhythm: DefectRhyt
         bins = bins[(ratio[bins] >= ratio[bins - 1]) & (ratio[bins] >= ratio[bins + 1])]
         bins = bins[ratio[bins] > now.significant_ratio]
         for index in bins[np.argsort(ratio[bins])[::-1][:2]]:
-            found.append(
-                peak_near(spectrum, 0, index * resolution, tolerance_hz=0.6 * resolution)[0] / harmonic
-            )
+            found.append(peak_near(spectrum, 0, index * resolution, tolerance_hz=0.6 * resolution)[0] / harmonic)
     return found
 
 
@@ -159,9 +149,7 @@ def _measure(
     harmonics = 0
     significant = False
     for harmonic in (1, 2, 3):
-        line = _envelope_line(
-            now, envelope, harmonic * frequency_hz, f"{harmonic} x {rhythm.label}", rhythm, harmonic
-        )
+        line = _envelope_line(now, envelope, harmonic * frequency_hz, f"{harmonic} x {rhythm.label}", rhythm, harmonic)
         if line is None or _belongs_elsewhere(now, envelope, line.frequency_hz, taken):
             continue
         ratio = line.signal_to_noise**2
@@ -177,9 +165,7 @@ def _measure(
         power += sum(line.amplitude**2 for line in sidebands)
         lines += sidebands
     expected = rhythm.order * now.speed_hz
-    return RhythmEvidence(
-        rhythm, envelope, float(np.sqrt(power)), frequency_hz, expected, tuple(lines), harmonics
-    )
+    return RhythmEvidence(rhythm, envelope, float(np.sqrt(power)), frequency_hz, expected, tuple(lines), harmonics)
 
 
 def _sidebands(
@@ -240,17 +226,13 @@ def _belongs_elsewhere(
     resolution = envelope.spectrum.resolution_hz
     multiple = round(frequency_hz / speed.speed_hz)
     doubt = multiple * (speed.high_hz - speed.low_hz) / 4
-    if multiple >= 1 and abs(frequency_hz - multiple * speed.speed_hz) < 0.7 * resolution + min(
-        doubt, resolution
-    ):
+    if multiple >= 1 and abs(frequency_hz - multiple * speed.speed_hz) < 0.7 * resolution + min(doubt, resolution):
         return True
     for other in taken:
         for harmonic in range(0, 7):
             remainder = abs(frequency_hz - harmonic * other.frequency_hz)
             shafts = round(remainder / speed.speed_hz)
-            close = abs(remainder - shafts * speed.speed_hz) < 1.5 * resolution + shafts * doubt / max(
-                multiple, 1
-            )
+            close = abs(remainder - shafts * speed.speed_hz) < 1.5 * resolution + shafts * doubt / max(multiple, 1)
             if close and shafts <= 3 and (harmonic or shafts):
                 return True
     return False
@@ -284,7 +266,8 @@ def _finding(
     channel = now.recording.channels[evidence.envelope.channel].name
     summary = (
         f"{evidence.rhythm.label} of {place} at {evidence.frequency_hz / now.speed_hz:.3f}X "
-        f"(theory {evidence.rhythm.order:.3f}X) modulates {channel} by {evidence.depth:.0%}{note} in {low:.0f}-{high:.0f} Hz; "
+        f"(theory {evidence.rhythm.order:.3f}X) modulates {channel} by {evidence.depth:.0%}{note} "
+        f"in {low:.0f}-{high:.0f} Hz; "
         f"{evidence.harmonics_seen} harmonic{'s' if evidence.harmonics_seen > 1 else ''} above the noise."
     )
     if evidence.depth < _EVEN_DEPTH:

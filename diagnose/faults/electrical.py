@@ -41,9 +41,7 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
     abnormal = _ABNORMAL[now.zone]
     text = ""
     if baseline is not None and comparable(now, baseline):
-        before = baseline.line_at(
-            twice, channel=channel, name="2 x line", tolerance_hz=baseline.spectrum.resolution_hz
-        )
+        before = baseline.line_at(twice, channel=channel, name="2 x line", tolerance_hz=baseline.spectrum.resolution_hz)
         growth = line.amplitude / max(before.amplitude, before.noise_floor, 1e-300)
         abnormal = 0.8 if growth > 4 else 0.1 if growth < 2 else 0.3
         text = f", {growth:.1f} times the baseline"

@@ -160,23 +160,18 @@ def _growth(now: Observation, family: Family, earlier: Family) -> Growth:
 
     def change(numbers: range) -> float:
         rises = [
-            20
-            * float(
-                np.log10(max(side.amplitude, side.noise_floor) / max(was.amplitude, was.noise_floor, 1e-300))
-            )
+            20 * float(np.log10(max(side.amplitude, side.noise_floor) / max(was.amplitude, was.noise_floor, 1e-300)))
             for side in (family.found.carrier, *family.found.sidebands)
             if abs(side.number) in numbers and (was := old.get(side.number)) is not None
         ]
-        # A local defect lifts some sidebands more than others; what scatter alone lifts the upper quarter by is taken off.
+        # A local defect lifts some sidebands more than others; the lift that scatter alone gives them is taken off.
         several = 0.0 if len(rises) < 3 else 0.67 * _REPEATABILITY_DB
         return float(np.percentile(rises, 75 if len(rises) >= 3 else 50)) - several if rises else 0.0
 
     return Growth(family, change(range(1)), change(range(1, 2)), change(range(2, _PAIRS + 1)))
 
 
-def _judge_growth(
-    now: Observation, baseline: Observation, gear: GearPair, current: list[Family]
-) -> list[Finding]:
+def _judge_growth(now: Observation, baseline: Observation, gear: GearPair, current: list[Family]) -> list[Finding]:
     """Judge, for each shaft, the family that grew most; the price of choosing it is taken off its growth."""
     earlier = {(one.mesh, one.wheel, one.channel): one for one in families(baseline, gear)}
     findings: list[Finding] = []
@@ -195,8 +190,10 @@ def _judge_growth(
         lines = _with_baseline(_lines(now, [best.family]), baseline)
         summary = (
             f"Against the baseline, on {now.recording.channels[best.family.channel].name} round "
-            f"{best.family.found.carrier.frequency_hz:.1f} Hz (mesh x {best.family.mesh}): mesh line {best.mesh:+.0f} dB, first "
-            f"sidebands at {ratio * now.speed_hz:.2f} Hz ({name}) {best.first:+.0f} dB, sidebands 2-{_PAIRS} {best.wide:+.0f} dB."
+            f"{best.family.found.carrier.frequency_hz:.1f} Hz (mesh x {best.family.mesh}): "
+            f"mesh line {best.mesh:+.0f} dB, "
+            f"first sidebands at {ratio * now.speed_hz:.2f} Hz ({name}) {best.first:+.0f} dB, "
+            f"sidebands 2-{_PAIRS} {best.wide:+.0f} dB."
         )
         for fault, probability in (
             ("gear_tooth_fault", 0.85 * wide),
@@ -209,9 +206,7 @@ def _judge_growth(
 
 def _posterior(growth_db: float) -> float:
     odds = (
-        odds_of_rise(growth_db, repeatability=_REPEATABILITY_DB, typical_db=12.0, spread_db=6.0)
-        * _PRIOR
-        / (1 - _PRIOR)
+        odds_of_rise(growth_db, repeatability=_REPEATABILITY_DB, typical_db=12.0, spread_db=6.0) * _PRIOR / (1 - _PRIOR)
     )
     return odds / (1 + odds)
 
@@ -221,9 +216,7 @@ def _with_baseline(lines: tuple[Line, ...], baseline: Observation) -> tuple[Line
     return tuple(
         replace(
             line,
-            baseline_amplitude=baseline.line(
-                line.order, channel=channels[line.channel], name=line.name
-            ).amplitude,
+            baseline_amplitude=baseline.line(line.order, channel=channels[line.channel], name=line.name).amplitude,
         )
         for line in lines
         if line.channel in channels

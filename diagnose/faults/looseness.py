@@ -33,7 +33,7 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
             _PROBABILITY[len(lines)] * doubt_of_shafts(now),
             summary,
             tuple(lines),
-            "Check bolts, bearing fits and foundation; watch the half orders while a bolt is tightened or the speed changed.",
+            "Check bolts, bearing fits and foundation; watch the half orders while a bolt is tightened.",
             ("rub",),
         )
     ]
@@ -86,5 +86,5 @@ def owned_by_machine(now: Observation, order: float) -> bool:
 
 
 def doubt_of_shafts(now: Observation) -> float:
-    """Return the factor for a machine with a shaft of unknown speed, which may own any fractional order: 0.4, else 1."""
+    """Return the factor 0.4 for a machine with a shaft of unknown speed, which may own any fraction; else 1."""
     return 0.4 if any(gear.driven_teeth is None for gear in now.recording.nameplate.gears) else 1.0

@@ -19,9 +19,7 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
     best, index = None, 0
     for channel in range(now.channel_count):
         found, _, _ = peak_near(now.spectrum, channel, 0.5 * (low + high), tolerance_hz=0.5 * (high - low))
-        line = now.line_at(
-            found, channel=channel, name="whirl", tolerance_hz=0.5 * now.spectrum.resolution_hz
-        )
+        line = now.line_at(found, channel=channel, name="whirl", tolerance_hz=0.5 * now.spectrum.resolution_hz)
         one = now.line(1.0, channel=channel)
         ratio = _velocity(now, channel, line.frequency_hz, line.amplitude) / max(
             _velocity(now, channel, one.frequency_hz, one.amplitude), 1e-300
@@ -37,9 +35,7 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
     if now.recording.nameplate.gears:
         probability *= 0.4
     if baseline is not None and comparable(now, baseline):
-        before = baseline.line_at(
-            line.frequency_hz, channel=index, name="whirl", tolerance_hz=0.05 * now.speed_hz
-        )
+        before = baseline.line_at(line.frequency_hz, channel=index, name="whirl", tolerance_hz=0.05 * now.speed_hz)
         if line.amplitude < 2 * max(before.amplitude, before.noise_floor):
             return []
     return [

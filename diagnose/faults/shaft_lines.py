@@ -32,9 +32,7 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
     return _judge_level(now)
 
 
-def _strongest_lines(
-    now: Observation, baseline: Observation | None, orders: tuple[float, ...]
-) -> tuple[Line, ...]:
+def _strongest_lines(now: Observation, baseline: Observation | None, orders: tuple[float, ...]) -> tuple[Line, ...]:
     from dataclasses import replace
 
     found = []
@@ -51,9 +49,7 @@ def shaft_pattern(now: Observation) -> tuple[float, float, float | None]:
     """Return the shares of 1X and of 2X + 3X in the velocity energy, and the axial over radial level of 1X-3X."""
     radial = now.radial_channels()
     one = float(np.median([now.velocity_share(1, channel=channel) for channel in radial]))
-    more = float(
-        np.median([now.velocity_share(2, channel=c) + now.velocity_share(3, channel=c) for c in radial])
-    )
+    more = float(np.median([now.velocity_share(2, channel=c) + now.velocity_share(3, channel=c) for c in radial]))
     axial = now.axial_channels()
     if not axial or len(axial) == now.channel_count:
         return one, more, None
@@ -61,9 +57,7 @@ def shaft_pattern(now: Observation) -> tuple[float, float, float | None]:
 
 
 def _level(now: Observation, channels: list[int]) -> float:
-    lines = [
-        now.line(order, channel=channel).amplitude / order for channel in channels for order in (1, 2, 3)
-    ]
+    lines = [now.line(order, channel=channel).amplitude / order for channel in channels for order in (1, 2, 3)]
     return float(np.sqrt(np.mean(np.square(lines)) * 3))
 
 
@@ -103,9 +97,7 @@ def _judge_change(now: Observation, baseline: Observation) -> list[Finding]:
     one = float(np.median(change[1.0][radial]))
     share = float(np.median([now.velocity_share(1, channel=channel) for channel in radial]))
     odds = (
-        odds_of_rise(one, repeatability=scatter, typical_db=15.0, spread_db=8.0)
-        * _PRIOR_OF_RISE
-        / (1 - _PRIOR_OF_RISE)
+        odds_of_rise(one, repeatability=scatter, typical_db=15.0, spread_db=8.0) * _PRIOR_OF_RISE / (1 - _PRIOR_OF_RISE)
     )
     rose = odds / (1 + odds)
     # Where 1X rose but little of the motion is 1X, something else drives it.

@@ -55,9 +55,7 @@ def numbers(values: np.ndarray, *, digits: int = 4) -> RawJson:
     usable = np.abs(flat) < _LARGEST
     if usable.all():
         return RawJson("[" + (f"%.{digits}g," * flat.size % tuple(flat.tolist()))[:-1] + "]")
-    words = (
-        f"{value:.{digits}g}" if good else "null" for value, good in zip(flat.tolist(), usable, strict=True)
-    )
+    words = (f"{value:.{digits}g}" if good else "null" for value, good in zip(flat.tolist(), usable, strict=True))
     return RawJson("[" + ",".join(words) + "]")
 
 
@@ -98,9 +96,7 @@ def encode_curve(
     x, y = np.asarray(x, dtype=float).ravel(), np.asarray(y, dtype=float).ravel()
     if x.size != y.size or (floor is not None and np.size(floor) != y.size):
         sizes = f"x {x.size}, y {y.size}" + ("" if floor is None else f", noise floor {np.size(floor)}")
-        raise InvalidValueError(
-            f"Curve with {sizes} samples; allowed: the same number in each. Check the analysis."
-        )
+        raise InvalidValueError(f"Curve with {sizes} samples; allowed: the same number in each. Check the analysis.")
     keep = _focused_indices(x, y, limit, focus)
     coded = {"total": y.size, "shown": keep.size, "y": numbers(y[keep]), **_positions(x, keep)}
     if floor is not None:

@@ -71,8 +71,7 @@ def _spectral(kind: str, payload: dict[str, Any], uid: str, level: int) -> str:
         + orders
         + '<span class="zooms" role="group" aria-label="Range">'
         '<button type="button" data-zoom="near">Marked lines</button>'
-        '<button type="button" data-zoom="all">Whole range</button></span>'
-        + _cursor_boxes(payload["cursors"])
+        '<button type="button" data-zoom="all">Whole range</button></span>' + _cursor_boxes(payload["cursors"])
     )
     return figure(kind, _TITLES[kind], controls + _legend(payload[kind]), _CAPTIONS[kind], level)
 
@@ -102,10 +101,7 @@ def channel_chooser(channels: list[dict[str, Any]], identifier: str) -> str:
         f'<option value="{index}"{" selected" if index == first else ""}>{escape(label)}</option>'
         for index, label in enumerate(labels)
     )
-    return (
-        f'<label for="{identifier}">Channel '
-        f'<select id="{identifier}" data-role="channel">{options}</select></label>'
-    )
+    return f'<label for="{identifier}">Channel <select id="{identifier}" data-role="channel">{options}</select></label>'
 
 
 def _cursor_boxes(groups: list[dict[str, Any]]) -> str:

@@ -75,9 +75,7 @@ def speed_block(speed: SpeedEstimate | None) -> str:
         ("Method", escape(_METHODS.get(speed.method, speed.method))),
     ]
     if speed.variation:
-        rows.append(
-            ("Variation within the recording", f"{number(100 * speed.variation, digits=2)} % peak to peak")
-        )
+        rows.append(("Variation within the recording", f"{number(100 * speed.variation, digits=2)} % peak to peak"))
     return _definitions(rows)
 
 

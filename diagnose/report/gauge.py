@@ -57,9 +57,7 @@ def _bar(severity: Severity) -> str:
         f'<span class="seg zone-{letter}" style="width:{width:.2f}%"><b>{letter}</b></span>'
         for letter, width in zip("ABCD", widths, strict=False)
     )
-    ticks = "".join(
-        f'<span class="tick" style="left:{100 * b / end:.2f}%">{number(b)}</span>' for b in bounds
-    )
+    ticks = "".join(f'<span class="tick" style="left:{100 * b / end:.2f}%">{number(b)}</span>' for b in bounds)
     limits = "".join(
         f'<i class="limit" style="left:{100 * limit / end:.2f}%"></i>'
         for limit in (severity.alarm, severity.trip)
@@ -89,9 +87,7 @@ def _source(severity: Severity) -> str:
         f"Numbers from: {escape(severity.source)}; confidence {escape(confidence)}.",
     ]
     if not severity.verified:
-        parts.append(
-            "<b>These boundaries rest on a weak source: check them against the standard before acting.</b>"
-        )
+        parts.append("<b>These boundaries rest on a weak source: check them against the standard before acting.</b>")
     limits = [
         f"{name} {number(limit)} {_unit(severity)} (dashed)"
         for name, limit in (("alarm", severity.alarm), ("trip", severity.trip))

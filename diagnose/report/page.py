@@ -42,9 +42,7 @@ def render_report(analyses: Sequence[Analysis], *, title: str | None = None) -> 
         When plotly's script is not installed.
     """
     if len(analyses) == 0:
-        raise InvalidValueError(
-            "0 analyses; allowed: 1 or more. Analyse at least one file before writing a report."
-        )
+        raise InvalidValueError("0 analyses; allowed: 1 or more. Analyse at least one file before writing a report.")
     if len(analyses) == 1:
         heading = short_name(analyses[0]) if title is None else title
         return _page(heading, *_single(analyses[0], heading))
@@ -110,9 +108,7 @@ def _data(uid: str, payload: dict[str, Any]) -> str:
 
 def _kicker(text: str) -> str:
     made = datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %z")
-    return (
-        f'<p class="kicker"><b>rotorwise</b> report · <span class="path">{escape(text)}</span> · {made}</p>'
-    )
+    return f'<p class="kicker"><b>rotorwise</b> report · <span class="path">{escape(text)}</span> · {made}</p>'
 
 
 def _page(title: str, body: str, data: list[str]) -> str:

@@ -41,9 +41,7 @@ def build_payload(analysis: Analysis, *, limit: int) -> dict[str, Any]:
     seen = {kind: [line for line in lines if line.spectrum == kind] for kind in ("spectrum", "envelope")}
     return {
         "speedHz": analysis.speed.speed_hz if analysis.speed else None,
-        "spectrum": [
-            _channel(curve, limit, focus, seen["spectrum"], baselines) for curve in pictures.spectra
-        ],
+        "spectrum": [_channel(curve, limit, focus, seen["spectrum"], baselines) for curve in pictures.spectra],
         "envelope": [_channel(curve, limit, focus, seen["envelope"], {}) for curve in pictures.envelopes],
         "waveform": [_channel(curve, limit, None, [], {}) for curve in pictures.waveforms],
         "cursors": cursor_groups(pictures, lines),
@@ -54,9 +52,7 @@ def build_payload(analysis: Analysis, *, limit: int) -> dict[str, Any]:
 
 def _focus(analysis: Analysis, lines: list[Line]) -> float | None:
     """Return the highest frequency with a marker, a little widened: where the reader zooms in."""
-    marks = [cursor.frequency_hz for cursor in analysis.pictures.cursors] + [
-        line.frequency_hz for line in lines
-    ]
+    marks = [cursor.frequency_hz for cursor in analysis.pictures.cursors] + [line.frequency_hz for line in lines]
     if analysis.speed:
         marks.append(10 * analysis.speed.speed_hz)
     return 1.1 * max((mark for mark in marks if np.isfinite(mark)), default=0.0) or None
@@ -67,9 +63,7 @@ def _channel(
 ) -> dict[str, Any]:
     factor, unit = display_unit(curve.y_unit)
     floor = None if curve.noise_floor is None else factor * np.asarray(curve.noise_floor, dtype=float)
-    coded = encode_curve(
-        curve.x, factor * np.asarray(curve.y, dtype=float), limit=limit, floor=floor, focus=focus
-    )
+    coded = encode_curve(curve.x, factor * np.asarray(curve.y, dtype=float), limit=limit, floor=floor, focus=focus)
     notes = [clean(curve.note)] if curve.note else []
     if coded["shown"] < coded["total"]:
         notes.append(
@@ -88,9 +82,7 @@ def _channel(
     base = baselines.get(curve.channel)
     if base is not None:
         base_factor, _ = display_unit(base.y_unit)
-        channel["base"] = encode_curve(
-            base.x, base_factor * np.asarray(base.y, dtype=float), limit=limit, focus=focus
-        )
+        channel["base"] = encode_curve(base.x, base_factor * np.asarray(base.y, dtype=float), limit=limit, focus=focus)
     return channel
 
 

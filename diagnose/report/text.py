@@ -29,9 +29,7 @@ FAULT_WORDS = {
 # Vibration engineers read mm/s and um; everything inside rotorwise is SI.
 _DISPLAY = {"m/s": (1e3, "mm/s"), "m": (1e6, "µm"), "m/s2": (1.0, "m/s²"), "um": (1.0, "µm")}
 # Controls and lone surrogates are not allowed in HTML; direction marks would let a file name pose as another.
-_UNPRINTABLE = re.compile(
-    "[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff\u202a-\u202e\u2066-\u2069\ufffe\uffff]"
-)
+_UNPRINTABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff\u202a-\u202e\u2066-\u2069\ufffe\uffff]")
 MISSING = "–"
 
 

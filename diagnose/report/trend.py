@@ -27,9 +27,7 @@ def files_trend(analyses: Sequence[Analysis]) -> Trend:
     if np.isfinite(speeds).any():
         series.append(_series("Speed (rpm)", "Machine", speeds))
     for name in dict.fromkeys(name for one in analyses for name in one.features):
-        series.append(
-            _series(name, "Features (SI units)", [one.features.get(name, math.nan) for one in analyses])
-        )
+        series.append(_series(name, "Features (SI units)", [one.features.get(name, math.nan) for one in analyses]))
     return {
         "x": numbers(np.arange(1, len(analyses) + 1)),
         "xTitle": "File number, in the order given",
@@ -81,10 +79,7 @@ def trend_figure(trend: Trend, identifier: str, title: str, level: int) -> str:
         + "</optgroup>"
         for group in groups
     )
-    chooser = (
-        f'<label for="{identifier}">Show '
-        f'<select id="{identifier}" data-role="series">{options}</select></label>'
-    )
+    chooser = f'<label for="{identifier}">Show <select id="{identifier}" data-role="series">{options}</select></label>'
     caption = "Select a point to open its file." if trend["jump"] else ""
     return figure("trend", title, chooser, caption, level)
 
@@ -133,9 +128,7 @@ def _probabilities(analyses: Sequence[Analysis]) -> list[dict[str, Any]]:
     traces = []
     for fault in drawn:
         # A fault that is not among a file's findings is not evident there, which is drawn as zero.
-        values = [
-            max([f.probability for f in one.findings if f.fault == fault], default=0.0) for one in analyses
-        ]
+        values = [max([f.probability for f in one.findings if f.fault == fault], default=0.0) for one in analyses]
         traces.append({"name": fault_words(fault), "y": numbers(np.asarray(values))})
     return [{"name": "Probability of the findings", "group": "Findings", "traces": traces}]
 

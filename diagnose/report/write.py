@@ -68,10 +68,6 @@ def check_free(target: Path, *, force: bool) -> None:
             f"Report {target} is a folder; allowed: a file. Add a file name, for example report.html."
         )
     if not target.parent.is_dir():
-        raise ReportFileError(
-            f"Folder {target.parent} of report {target.name} does not exist. Make it first."
-        )
+        raise ReportFileError(f"Folder {target.parent} of report {target.name} does not exist. Make it first.")
     if target.exists() and not force:
-        raise ReportFileError(
-            f"Report {target} exists already. Choose another name, or allow overwriting (--force)."
-        )
+        raise ReportFileError(f"Report {target} exists already. Choose another name, or allow overwriting (--force).")

@@ -1,4 +1,4 @@
-"""Data checks before any diagnosis: is this a usable measurement of a turning machine?"""
+"""Data checks before any diagnosis: what makes a channel unusable or doubtful."""
 
 from __future__ import annotations
 
@@ -88,7 +88,9 @@ def _dropouts(signal: np.ndarray, name: str) -> list[DataCheck]:
     lost = int(lengths[long_stretches].sum())
     if lost < max(30, 0.001 * signal.size):
         return []
-    message = f"{name}: {int(long_stretches.sum())} dropouts, {lost / signal.size:.1%} of the samples held at one value."
+    message = (
+        f"{name}: {int(long_stretches.sum())} dropouts, {lost / signal.size:.1%} of the samples held at one value."
+    )
     return [DataCheck("dropouts", name, message, min(1.0, 0.3 + 5 * lost / signal.size))]
 
 
@@ -117,9 +119,7 @@ def _offset_and_drift(signal: np.ndarray, name: str) -> list[DataCheck]:
     mean, deviation = float(signal.mean()), float(signal.std())
     found = []
     if abs(mean) > 20 * deviation:
-        message = (
-            f"{name}: constant offset {mean:.3g} is {abs(mean) / deviation:.0f} times the vibration; removed."
-        )
+        message = f"{name}: constant offset {mean:.3g} is {abs(mean) / deviation:.0f} times the vibration; removed."
         found.append(DataCheck("offset", name, message, 0.0))
     parts = np.array_split(signal, 20)
     if signal.size >= 2000:
@@ -140,17 +140,15 @@ def _coarse(signal: np.ndarray, name: str) -> list[DataCheck]:
     deviation = float(signal.std())
     if step < 0.5 * deviation:
         return []
-    message = (
-        f"{name}: resolution step {step:.3g} beside a vibration of {deviation:.3g} rms. Increase the gain."
-    )
+    message = f"{name}: resolution step {step:.3g} beside a vibration of {deviation:.3g} rms. Increase the gain."
     return [DataCheck("coarse", name, message, 0.5)]
 
 
 def _aliasing(signal: np.ndarray, rate_hz: float, name: str) -> list[DataCheck]:
     """Suspect aliasing when the spectrum is not rolled off at the end of the band.
 
-    An anti-alias filter leaves the last part of the band far below the rest. A spectrum that rises towards the end, well
-    above its own middle, has energy that must continue beyond it. A flat noise floor says nothing.
+    An anti-alias filter leaves the last part of the band far below the rest. A spectrum that rises towards the end,
+    well above its own middle, has energy that must continue beyond it. A flat noise floor says nothing.
     """
     if signal.size < 4096:
         return []
@@ -162,8 +160,8 @@ def _aliasing(signal: np.ndarray, rate_hz: float, name: str) -> list[DataCheck]:
     if end < 4 * middle:
         return []
     message = (
-        f"{name}: the spectrum is strongest at the end of its band ({10 * np.log10(end / middle):.0f} dB above the middle): "
-        "content beyond half the sampling rate may be folded in. Was there an anti-alias filter?"
+        f"{name}: the spectrum is strongest at the end of its band ({10 * np.log10(end / middle):.0f} dB above the "
+        "middle): content beyond half the sampling rate may be folded in. Was there an anti-alias filter?"
     )
     return [DataCheck("aliasing", name, message, 0.3)]
 

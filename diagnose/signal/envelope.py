@@ -10,10 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import fft
+from numpy import fft
 
 from ...simulators.errors import InvalidValueError
-from .spectrum import Spectrum, hann, noise_floor
+from .spectrum import Spectrum, fast_length, hann, noise_floor
 
 _SPLITS = (1, 2, 3, 4, 6, 8, 12)
 
@@ -43,9 +43,7 @@ class EnvelopeSpectrum:
     spectrum: Spectrum
 
 
-def demodulation_bands(
-    *, lowest_hz: float, highest_hz: float, narrowest_hz: float
-) -> list[tuple[float, float]]:
+def demodulation_bands(*, lowest_hz: float, highest_hz: float, narrowest_hz: float) -> list[tuple[float, float]]:
     """Return the bands to try: the range split in 1, 2, 3, 4, 6, 8 and 12 equal parts, none below a width.
 
     This is the tiling of the fast kurtogram (J. Antoni, MSSP 21 (2007) 108).
@@ -65,9 +63,7 @@ def demodulation_bands(
     return bands
 
 
-def band_envelope(
-    signal: np.ndarray, *, rate_hz: float, low_hz: float, high_hz: float
-) -> tuple[np.ndarray, float]:
+def band_envelope(signal: np.ndarray, *, rate_hz: float, low_hz: float, high_hz: float) -> tuple[np.ndarray, float]:
     """Return the envelope of one channel in a band, and its sampling rate.
 
     Parameters
@@ -90,9 +86,7 @@ def band_envelope(
     (1.5, 1000)
     """
     if not 0 <= low_hz < high_hz <= 0.5 * rate_hz * (1 + 1e-9):
-        raise InvalidValueError(
-            f"Band {low_hz}-{high_hz} Hz at rate {rate_hz} Hz; allowed: 0 <= low < high <= rate/2."
-        )
+        raise InvalidValueError(f"Band {low_hz}-{high_hz} Hz at rate {rate_hz} Hz; allowed: 0 <= low < high <= rate/2.")
     return _envelope_from_transform(fft.rfft(signal - np.mean(signal)), signal.size, rate_hz, low_hz, high_hz)
 
 
@@ -101,7 +95,7 @@ def _envelope_from_transform(
 ) -> tuple[np.ndarray, float]:
     low = max(int(np.ceil(low_hz / rate_hz * samples)), 1)
     high = min(int(high_hz / rate_hz * samples), transform.size)
-    wanted = fft.next_fast_len(max(high - low, 8))
+    wanted = fast_length(max(high - low, 8))
     high = min(low + wanted, transform.size)
     low = max(high - wanted, 1)
     part = transform[low:high].copy()
@@ -135,16 +129,14 @@ def envelope_spectra(
     """
     found: list[EnvelopeSpectrum] = []
     for channel, signal in enumerate(np.atleast_2d(signals)):
-        samples = fft.next_fast_len(signal.size, real=True)
+        samples = fast_length(signal.size)
         transform = fft.rfft(signal - signal.mean(), n=samples)
         filled = signal.size / samples
         for low_hz, high_hz in bands:
             envelope, envelope_rate = _envelope_from_transform(transform, samples, rate_hz, low_hz, high_hz)
             envelope = envelope[: int(envelope.size * filled)]
             found.append(
-                _envelope_spectrum(
-                    envelope, envelope_rate, (channel, low_hz, high_hz), highest_line_hz, floor_width_hz
-                )
+                _envelope_spectrum(envelope, envelope_rate, (channel, low_hz, high_hz), highest_line_hz, floor_width_hz)
             )
     return found
 

@@ -125,13 +125,9 @@ def band_signal(
     return out.reshape(np.shape(signals))
 
 
-def band_velocity(
-    signals: np.ndarray, *, rate_hz: float, quantity: str, low_hz: float, high_hz: float
-) -> np.ndarray:
+def band_velocity(signals: np.ndarray, *, rate_hz: float, quantity: str, low_hz: float, high_hz: float) -> np.ndarray:
     """Return the velocity waveform in m/s within the band; see ``band_signal``."""
-    return band_signal(
-        signals, rate_hz=rate_hz, quantity=quantity, target="velocity", low_hz=low_hz, high_hz=high_hz
-    )
+    return band_signal(signals, rate_hz=rate_hz, quantity=quantity, target="velocity", low_hz=low_hz, high_hz=high_hz)
 
 
 def band_displacement(
@@ -236,18 +232,14 @@ def band_velocity_rms(
     signals: np.ndarray, *, rate_hz: float, quantity: str, low_hz: float, high_hz: float
 ) -> np.ndarray:
     """Return the rms velocity in m/s within the band, shape (channels,); see ``band_rms``."""
-    return band_rms(
-        signals, rate_hz=rate_hz, quantity=quantity, target="velocity", low_hz=low_hz, high_hz=high_hz
-    )
+    return band_rms(signals, rate_hz=rate_hz, quantity=quantity, target="velocity", low_hz=low_hz, high_hz=high_hz)
 
 
 def band_displacement_rms(
     signals: np.ndarray, *, rate_hz: float, quantity: str, low_hz: float, high_hz: float
 ) -> np.ndarray:
     """Return the rms displacement in m within the band, shape (channels,); see ``band_rms``."""
-    return band_rms(
-        signals, rate_hz=rate_hz, quantity=quantity, target="displacement", low_hz=low_hz, high_hz=high_hz
-    )
+    return band_rms(signals, rate_hz=rate_hz, quantity=quantity, target="displacement", low_hz=low_hz, high_hz=high_hz)
 
 
 def _check(*, rate_hz: float, quantity: str, target: str, low_hz: float, high_hz: float) -> None:
@@ -258,9 +250,7 @@ def _check(*, rate_hz: float, quantity: str, target: str, low_hz: float, high_hz
                 "Declare the unit of the signal."
             )
     if not (math.isfinite(rate_hz) and rate_hz > 0):
-        raise InvalidValueError(
-            f"Sampling rate {rate_hz} Hz; allowed: a finite number above 0. Pass the true rate."
-        )
+        raise InvalidValueError(f"Sampling rate {rate_hz} Hz; allowed: a finite number above 0. Pass the true rate.")
     if not 0 < low_hz < high_hz:
         raise InvalidValueError(
             f"Band {low_hz} to {high_hz} Hz; allowed: 0 < lower edge < upper edge. Correct the band."

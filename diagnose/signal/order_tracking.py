@@ -23,9 +23,7 @@ def phase_from_pulses(
     from scipy.interpolate import PchipInterpolator
 
     if times_s.size < 3:
-        raise InvalidValueError(
-            f"{times_s.size} tacho pulses; allowed: 3 or more. Analyse without the tacho channel."
-        )
+        raise InvalidValueError(f"{times_s.size} tacho pulses; allowed: 3 or more. Analyse without the tacho channel.")
     turns = np.arange(times_s.size) / pulses_per_revolution
     time = np.arange(samples) / rate_hz
     phase = PchipInterpolator(times_s, turns)(np.clip(time, times_s[0], times_s[-1]))
@@ -64,14 +62,10 @@ def angular_resample(signals: np.ndarray, *, phase_turns: np.ndarray, samples_pe
     """
     block = np.atleast_2d(np.asarray(signals, dtype=float))
     if np.any(np.diff(phase_turns) <= 0):
-        raise InvalidValueError(
-            "The shaft angle does not rise everywhere. Check the tacho channel for false pulses."
-        )
+        raise InvalidValueError("The shaft angle does not rise everywhere. Check the tacho channel for false pulses.")
     turns = int(np.floor(phase_turns[-1]) - np.ceil(phase_turns[0]))
     if turns < 1:
-        raise InvalidValueError(
-            f"{turns} whole turns in the record; allowed: 1 or more. Give a longer record."
-        )
+        raise InvalidValueError(f"{turns} whole turns in the record; allowed: 1 or more. Give a longer record.")
     block = _limit_band(block, float(np.diff(phase_turns).min()) * samples_per_turn / 2)
     wanted = np.ceil(phase_turns[0]) + np.arange(turns * samples_per_turn) / samples_per_turn
     positions = np.interp(wanted, phase_turns, np.arange(phase_turns.size))
@@ -136,15 +130,11 @@ def order_amplitudes(
     if turns < 16:
         return whole, np.full(whole.shape, np.nan)
     edges = np.linspace(0, block.shape[1], 9).astype(int)
-    parts = np.stack(
-        [_demodulated_mean(block, phase_turns, orders, slice(edges[i], edges[i + 1])) for i in range(8)]
-    )
+    parts = np.stack([_demodulated_mean(block, phase_turns, orders, slice(edges[i], edges[i + 1])) for i in range(8)])
     return whole, np.sqrt((np.abs(parts - parts.mean(axis=0)) ** 2).sum(axis=0) / 7 / 8 / 2)
 
 
-def _demodulated_mean(
-    block: np.ndarray, phase_turns: np.ndarray, orders: np.ndarray, part: slice
-) -> np.ndarray:
+def _demodulated_mean(block: np.ndarray, phase_turns: np.ndarray, orders: np.ndarray, part: slice) -> np.ndarray:
     signal = block[:, part] - block[:, part].mean(axis=1, keepdims=True)
     angle = phase_turns[part]
     samples = np.arange(signal.shape[1])

@@ -83,8 +83,6 @@ def find_sidebands(
         wanted = carrier.frequency_hz + number * modulator_hz
         if resolution < wanted < spectrum.frequency_hz[-2]:
             found.append(Sideband(number, *peak_near(spectrum, channel, wanted, tolerance_hz=resolution)))
-    first = [
-        side.amplitude for side in found if abs(side.number) == 1 and side.power_ratio > significant_ratio
-    ]
+    first = [side.amplitude for side in found if abs(side.number) == 1 and side.power_ratio > significant_ratio]
     index = sum(first) / carrier.amplitude if carrier.amplitude > 0 else 0.0
     return SidebandFamily(carrier, tuple(found), index)

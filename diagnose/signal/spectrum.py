@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import fft
+from numpy import fft
 
 from ...simulators.errors import InvalidValueError
 
@@ -49,6 +49,26 @@ def hann(samples: int) -> np.ndarray:
     return 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(samples) / samples)
 
 
+def fast_length(samples: int) -> int:
+    """Return the smallest length of at least this many samples whose only prime factors are 2, 3 and 5.
+
+    Examples
+    --------
+    >>> fast_length(121265)
+    121500
+    """
+    best = 1 << max(samples - 1, 1).bit_length()
+    five = 1
+    while five < best:
+        three = five
+        while three < best:
+            quotient = -(-samples // three)
+            best = min(best, three << max(quotient - 1, 0).bit_length())
+            three *= 3
+        five *= 5
+    return best
+
+
 def amplitude_spectrum(signals: np.ndarray, *, rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
     """Return frequencies and the Hann-windowed, window-corrected amplitude spectrum.
 
@@ -77,9 +97,10 @@ def amplitude_spectrum(signals: np.ndarray, *, rate_hz: float) -> tuple[np.ndarr
         raise InvalidValueError(f"Signal of {samples} samples; allowed: 16 or more. Give a longer record.")
     window = hann(samples)
     centred = block - block.mean(axis=1, keepdims=True)
-    # A mixed-radix length avoids the slow transform of a prime length; trimming a few samples changes nothing else.
-    transform = np.abs(fft.rfft(centred * window, n=fft.next_fast_len(samples, real=True), axis=1))
-    frequency = fft.rfftfreq(fft.next_fast_len(samples, real=True), 1.0 / rate_hz)
+    # Padding to a length of small factors avoids the slow transform of a prime length.
+    length = fast_length(samples)
+    transform = np.abs(fft.rfft(centred * window, n=length, axis=1))
+    frequency = fft.rfftfreq(length, 1.0 / rate_hz)
     return frequency, transform * (2.0 / window.sum())
 
 
@@ -159,9 +180,7 @@ def peak_offsets(row: np.ndarray, bins: np.ndarray) -> np.ndarray:
     return side * np.clip((2 * ratio - 1) / (ratio + 1), 0.0, 0.5)
 
 
-def chance_of_noise(
-    power_ratio: float | np.ndarray, *, bins_searched: float | np.ndarray = 1.0
-) -> np.ndarray:
+def chance_of_noise(power_ratio: float | np.ndarray, *, bins_searched: float | np.ndarray = 1.0) -> np.ndarray:
     """Return the chance that Gaussian noise alone reaches this line power over mean noise power.
 
     p = 1 - (1 - exp(-R))^m for the highest of m bins.

@@ -17,9 +17,7 @@ from .spectrum import Spectrum, peak_offsets, spectrum_with_floor
 
 #: Chance that the n-th harmonic of a turning shaft shows above the noise, n = 1, 2, ...
 _HARMONIC_SHOWS = np.array([0.9, 0.8, 0.7, 0.6, 0.5, 0.45, 0.4, 0.35, 0.3, 0.3, 0.25, 0.25, 0.2, 0.2, 0.2])
-_LINE_THRESHOLD = (
-    12.0  # power over mean noise power of a peak that counts as a line: one noise bin in 160 000
-)
+_LINE_THRESHOLD = 12.0  # power over mean noise power of a peak that counts as a line: one noise bin in 160 000
 _HINT_SPREAD = 0.035  # standard deviation of true over nominal speed; real files are off by up to 7 %
 _CLEAR_COMB = 4.0  # log Bayes factor from which a bearing's comb is taken to be there
 _CLEARLY_WORSE = 8.0
@@ -86,9 +84,7 @@ def speed_from_tacho(
 def pulse_times(signal: np.ndarray, *, rate_hz: float) -> np.ndarray:
     """Return interpolated rising-edge times in seconds, shape (pulses,); empty where there is no pulse train."""
     low, high = np.percentile(signal, [1.0, 99.9])
-    noise = (
-        float(np.median(np.abs(np.diff(signal)))) / 0.954
-    )  # median |difference| of white noise is 0.954 sigma
+    noise = float(np.median(np.abs(np.diff(signal)))) / 0.954  # median |difference| of white noise is 0.954 sigma
     if high - low <= 20 * noise or high == low:
         return np.empty(0)
     state = np.zeros(signal.size, dtype=np.int8)
@@ -127,9 +123,7 @@ def find_peaks(spectrum: Spectrum, channel: int, *, highest_hz: float) -> Peaks:
     row = spectrum.amplitude[channel]
     ratio = spectrum.power_ratio[channel]
     inner = np.arange(2, min(row.size - 2, int(highest_hz / spectrum.resolution_hz)))
-    is_peak = (
-        (row[inner] >= row[inner - 1]) & (row[inner] > row[inner + 1]) & (ratio[inner] > _LINE_THRESHOLD)
-    )
+    is_peak = (row[inner] >= row[inner - 1]) & (row[inner] > row[inner + 1]) & (ratio[inner] > _LINE_THRESHOLD)
     bins = inner[is_peak]
     resolution = spectrum.resolution_hz
     deviation = resolution * np.sqrt(0.3 / ratio[bins] + 0.04**2)
@@ -204,12 +198,10 @@ def speed_from_vibration(
     best = float(candidates[int(np.argmax(every))])
     width = max(0.003 * best, resolution)
     if hint_hz is not None and bearing_orders:
-        # Which of the neighbouring speeds it is, lines that a bearing shares with the shaft cannot tell. Without them the
-        # choice may change, as long as the whole comb does not speak clearly against it.
+        # Which of the neighbouring speeds it is, lines that a bearing shares with the shaft cannot tell. Without them
+        # the choice may change, as long as the whole comb does not speak clearly against it.
         present = [
-            one
-            for one in bearing_orders
-            if _passes(channels, one, candidates)[1].max(initial=0.0) > _CLEAR_COMB
+            one for one in bearing_orders if _passes(channels, one, candidates)[1].max(initial=0.0) > _CLEAR_COMB
         ]
         unshared = np.where(_shared_with_bearing(orders, tuple(present)), 0.0, shows)
         other = float(candidates[int(np.argmax(posterior(unshared)))])
@@ -220,9 +212,7 @@ def speed_from_vibration(
     # One comb is the best of its kind, not one of many equal guesses: rivals count by their best score each.
     rivals = _best_of_clusters(candidates[~near], every[~near], resolution)
     confidence = 1.0 / (
-        1.0
-        + float(np.exp(np.minimum(0.5 * (rivals - top), 50.0)).sum())
-        + float(np.exp(-0.5 * max(top, 0.0)))
+        1.0 + float(np.exp(np.minimum(0.5 * (rivals - top), 50.0)).sum()) + float(np.exp(-0.5 * max(top, 0.0)))
     )
     if hint_hz is None and bearing_orders:
         # Near the speed found, lines that the bearing shares with the shaft would pull: look again without them.
@@ -247,9 +237,7 @@ def _candidates(channels: list[Peaks], lowest_hz: float, highest_hz: float) -> n
     return np.unique(np.concatenate(found))
 
 
-def _bearing_gains(
-    channels: list[Peaks], speeds_hz: np.ndarray, bearing_orders: tuple[float, ...]
-) -> np.ndarray:
+def _bearing_gains(channels: list[Peaks], speeds_hz: np.ndarray, bearing_orders: tuple[float, ...]) -> np.ndarray:
     """Return what each speed gains by explaining a comb at a ball-pass order, shape (speeds,), at least 0."""
     gains = np.zeros(speeds_hz.size)
     for order in bearing_orders:
@@ -311,11 +299,7 @@ def _lines_below(channels: list[Peaks], speed_hz: float) -> float:
     """Return the price of lines below a speed: a shaft has few, the comb of a bearing has the whole shaft there."""
     return max(
         min(
-            float(
-                np.count_nonzero(
-                    peaks.power_ratio[: np.searchsorted(peaks.frequency_hz, 0.7 * speed_hz)] > 40
-                )
-            ),
+            float(np.count_nonzero(peaks.power_ratio[: np.searchsorted(peaks.frequency_hz, 0.7 * speed_hz)] > 40)),
             8.0,
         )
         for peaks in channels
@@ -334,9 +318,7 @@ def _order_gains(peaks: Peaks, speed_hz: float, orders: np.ndarray, shows: np.nd
     distance = (peaks.frequency_hz[nearer] - wanted) / deviation
     # Lines come in crowds; the spacing that chance would give is the local one.
     width = 0.5 * speed_hz
-    count = np.searchsorted(peaks.frequency_hz, wanted + width) - np.searchsorted(
-        peaks.frequency_hz, wanted - width
-    )
+    count = np.searchsorted(peaks.frequency_hz, wanted + width) - np.searchsorted(peaks.frequency_hz, wanted - width)
     spacing = 2 * width / np.maximum(count, 1)
     # Neighbouring lines and a wandering speed pull some peaks: one in seven is taken five times less certain.
     density = 0.85 * np.exp(-0.5 * distance**2) + 0.15 / 5 * np.exp(-0.5 * (distance / 5) ** 2)

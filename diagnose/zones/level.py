@@ -70,9 +70,7 @@ def _low_edge(row: ZoneRow, machine: Machine) -> float:
     return row.slow_low_hz if slow and row.slow_low_hz else row.band_hz[0]
 
 
-def level(
-    recording: Recording, indices: tuple[int, ...], row: ZoneRow, machine: Machine
-) -> tuple[float, list[str]]:
+def level(recording: Recording, indices: tuple[int, ...], row: ZoneRow, machine: Machine) -> tuple[float, list[str]]:
     """Return the level in the table's unit and what has to be said about it."""
     scale = TABLE_UNIT_TO_SI[unit_text(row)]
     signals = [recording.signals[index] for index in indices]
@@ -115,14 +113,10 @@ def _rms_value(recording: Recording, index: int, row: ZoneRow, machine: Machine)
         )
     notes = []
     if periods < _ENOUGH_PERIODS:
-        notes.append(
-            f"only {periods:.2g} periods of the lower band edge {low:g} Hz recorded: value uncertain"
-        )
+        notes.append(f"only {periods:.2g} periods of the lower band edge {low:g} Hz recorded: value uncertain")
     if rate < _RATE_PER_USABLE_HZ * high:
         usable = rate / _RATE_PER_USABLE_HZ
-        notes.append(
-            f"sampling rate {rate:g} Hz shows nothing above about {usable:.3g} Hz: true zone may be worse"
-        )
+        notes.append(f"sampling rate {rate:g} Hz shows nothing above about {usable:.3g} Hz: true zone may be worse")
     if row.slow_low_hz and machine.speed_rpm is None:
         notes.append("speed not given: 600 r/min or more assumed; pass --speed if slower")
     frequency, power = machine.spectrum(recording, index, low)

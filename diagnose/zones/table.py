@@ -78,9 +78,7 @@ class ZoneRow:
             return True
         return speed_rpm is not None and self.speed_rpm[0] <= speed_rpm <= self.speed_rpm[1]
 
-    def limits(
-        self, *, speed_rpm: float | None = None, clearance_m: float | None = None
-    ) -> tuple[float, ...]:
+    def limits(self, *, speed_rpm: float | None = None, clearance_m: float | None = None) -> tuple[float, ...]:
         """Return the boundaries in ``unit`` (in um for a fraction of the clearance).
 
         over_root_speed: b / sqrt(n). api_limit: min(b, b sqrt(12000 / n)). fraction_of_clearance: b C_min.
@@ -106,9 +104,7 @@ class ZoneRow:
         if self.law == "constant":
             return self.boundaries
         if speed_rpm is None or not speed_rpm > 0:
-            raise InvalidValueError(
-                f"Speed {speed_rpm} r/min; table {self.id} allows: above 0. Pass --speed."
-            )
+            raise InvalidValueError(f"Speed {speed_rpm} r/min; table {self.id} allows: above 0. Pass --speed.")
         if self.law == "over_root_speed":
             return tuple(number / math.sqrt(speed_rpm) for number in self.boundaries)
         return tuple(min(number, number * math.sqrt(12000.0 / speed_rpm)) for number in self.boundaries)
@@ -135,9 +131,7 @@ def load_rows() -> tuple[ZoneRow, ...]:
 
 
 def _row(standard: str, raw: dict[str, Any]) -> ZoneRow:
-    fields: dict[str, Any] = {
-        key: tuple(value) if isinstance(value, list) else value for key, value in raw.items()
-    }
+    fields: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in raw.items()}
     row = ZoneRow(standard=standard, **fields)
     rising = all(low < high for low, high in pairwise(row.boundaries))
     if not rising or row.law not in _LAWS or row.unit not in (*TABLE_UNIT_TO_SI, "C_min"):
@@ -190,9 +184,7 @@ def find_table(name: str, *, mounting: str | None = None, power_kw: float | None
         assumption = "" if mounting else "mounting not given: rigid assumed"
         longer = [row for row in longer if row.mounting == (mounting or "rigid")]
     if power_kw is not None:
-        longer = [
-            row for row in longer if row.power_kw is None or row.power_kw[0] < power_kw <= row.power_kw[1]
-        ]
+        longer = [row for row in longer if row.power_kw is None or row.power_kw[0] < power_kw <= row.power_kw[1]]
     if len({row.id for row in longer}) == 1:
         return ChosenTable(tuple(longer), assumption)
     choices = sorted({row.id for row in longer}) or available_tables()

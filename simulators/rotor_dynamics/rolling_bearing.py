@@ -64,9 +64,7 @@ class BearingGeometry:
 
     def __post_init__(self) -> None:
         if self.balls < 3:
-            raise InvalidValueError(
-                f"Bearing has {self.balls} balls; allowed: 3 or more. Check the geometry."
-            )
+            raise InvalidValueError(f"Bearing has {self.balls} balls; allowed: 3 or more. Check the geometry.")
         if not 0.0 < self.ball_diameter_m < self.pitch_diameter_m:
             raise InvalidValueError(
                 f"Ball diameter {self.ball_diameter_m} m with pitch diameter {self.pitch_diameter_m} m; allowed: "
@@ -103,7 +101,7 @@ def bearing_catalogue() -> dict[str, BearingGeometry]:
 
     Rows come from ``bearings.toml``, each with its source and confidence.
     """
-    text = resources.files(__package__).joinpath("bearings.toml").read_text(encoding="utf-8")
+    text = resources.files(__name__.rpartition(".")[0]).joinpath("bearings.toml").read_text(encoding="utf-8")
     found: dict[str, BearingGeometry] = {}
     for row in tomllib.loads(text)["bearing"]:
         geometry = BearingGeometry(

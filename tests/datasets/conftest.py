@@ -94,10 +94,7 @@ def make_tdms(folder: Path, data: np.ndarray) -> Path:
     with TdmsWriter(path) as writer:
         for part in np.array_split(data, 3, axis=1):
             writer.write_segment(
-                [
-                    ChannelObject("g", name, values, properties)
-                    for name, values in zip(("ax", "ay"), part, strict=True)
-                ]
+                [ChannelObject("g", name, values, properties) for name, values in zip(("ax", "ay"), part, strict=True)]
             )
     return path
 

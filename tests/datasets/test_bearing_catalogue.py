@@ -29,9 +29,7 @@ def test_identities_of_the_kinematics(balls: int, ratio: float, angle: float) ->
     assert orders.ball_spin == pytest.approx(2 * orders.cage * (1 - orders.cage) / ratio)
 
 
-@pytest.mark.parametrize(
-    "row", [row for row in ROWS if "published" in row], ids=lambda row: row["designation"]
-)
+@pytest.mark.parametrize("row", [row for row in ROWS if "published" in row], ids=lambda row: row["designation"])
 def test_published_orders(row: dict) -> None:
     orders = find_bearing(row["designation"]).defect_orders()
     found = {

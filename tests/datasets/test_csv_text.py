@@ -66,9 +66,7 @@ LAYOUTS = {
     "milliseconds since 1970": "timestamp,ax,ay\n" + table([epoch_ms(), X, Y]),
     "dates": stamped("{}"),
     "dates with blank": stamped("{}").replace("T", " "),
-    "times of day": stamped("{}")
-    .replace("2024-03-01T23:59:59.9", "22:59:59.9")
-    .replace("2024-03-02T00", "23"),
+    "times of day": stamped("{}").replace("2024-03-01T23:59:59.9", "22:59:59.9").replace("2024-03-02T00", "23"),
     "missing line end": table([T, X, Y]).rstrip(),
     "blank lines": "time,ax,ay\n\n" + table([T, X, Y]).replace("\n", "\n\n"),
 }
@@ -134,8 +132,7 @@ def test_decimal_comma_in_a_single_column(tmp_path: Path) -> None:
 def test_preamble_gives_speed_label_and_promised_length(tmp_path: Path) -> None:
     path = tmp_path / "a.txt"
     path.write_text(
-        f"Sample Rate:\t1000\nRPM:\t1480\nLabel:\thealthy\nBlock Size:\t{N + 5}\nY Axis Unit:\t(g)\n"
-        + table([X])
+        f"Sample Rate:\t1000\nRPM:\t1480\nLabel:\thealthy\nBlock Size:\t{N + 5}\nY Axis Unit:\t(g)\n" + table([X])
     )
     content = read_content(path)
     assert (content.speed_rpm, content.label, content.units) == (1480.0, "healthy", ("g",))

@@ -26,14 +26,10 @@ def test_cwru_layout(tmp_path: Path) -> None:
     assert (content.rate_hz, content.speed_rpm, content.units) == (None, 1796, ("g", "g"))
 
 
-@pytest.mark.parametrize(
-    ("name", "chosen"), [("normal_2_99", "X099"), ("normal_1_98", "X098"), ("renamed", "X098")]
-)
+@pytest.mark.parametrize(("name", "chosen"), [("normal_2_99", "X099"), ("normal_1_98", "X098"), ("renamed", "X098")])
 def test_cwru_file_with_two_records(tmp_path: Path, name: str, chosen: str) -> None:
     path = tmp_path / f"{name}.mat"
-    savemat(
-        path, {"X098_DE_time": X, "X099_DE_time": Y, "X098_FE_time": X, "X099_FE_time": Y, "X099RPM": 1750.0}
-    )
+    savemat(path, {"X098_DE_time": X, "X099_DE_time": Y, "X098_FE_time": X, "X099_FE_time": Y, "X099RPM": 1750.0})
     content = read_content(path)
     assert content.channel_names == (f"{chosen}_DE_time", f"{chosen}_FE_time")
     np.testing.assert_array_equal(content.signals[0], X if chosen == "X098" else Y)
@@ -146,9 +142,7 @@ def test_parquet_metadata_stamps_and_lists(tmp_path: Path) -> None:
     pq.write_table(pa.table([stamps, X.astype(np.float32)], schema=pa.schema(fields)), path)
     content = read_content(path)
     assert (content.rate_hz, content.units, content.signals.dtype) == (2560, ("g",), np.float32)
-    table = pa.table({"x": X}).replace_schema_metadata(
-        {"rate_hz": "12800", "speed_rpm": "1480", "label": "healthy"}
-    )
+    table = pa.table({"x": X}).replace_schema_metadata({"rate_hz": "12800", "speed_rpm": "1480", "label": "healthy"})
     pq.write_table(table, path)
     content = read_content(path)
     assert (content.rate_hz, content.speed_rpm, content.label) == (12800, 1480, "healthy")

@@ -123,9 +123,7 @@ def test_known_facts_of_the_signals(measured_folder: Path) -> None:
     spectrum = np.abs(np.fft.rfft(recording.signals[0]))
     frequency_hz = np.fft.rfftfreq(recording.samples, 1 / recording.rate_hz)
     near = (frequency_hz > 700) & (frequency_hz < 830)
-    assert frequency_hz[near][np.argmax(spectrum[near])] == pytest.approx(
-        766.58, abs=0.1
-    )  # 23 teeth at 33.33 Hz
+    assert frequency_hz[near][np.argmax(spectrum[near])] == pytest.approx(766.58, abs=0.1)  # 23 teeth at 33.33 Hz
     path = files(measured_folder, "01_adi_limerick_mfs", "1800_GoB_GS_VHIL_WA_00lb*.csv")[0]
     recording = read(path)
     amplitude = 2 * np.abs(np.fft.rfft(recording.signals[0]))[60] / recording.samples

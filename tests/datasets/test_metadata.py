@@ -24,16 +24,12 @@ SIDECARS = sorted((Path(__file__).parents[1] / "measured").glob("*.toml"))
 def test_orders_give_back_the_geometry_they_come_from(balls: int, ratio: float, angle: float) -> None:
     geometry = BearingGeometry(balls, ratio, 1.0, angle)
     orders = geometry.defect_orders()
-    text = (
-        f"BPFO={orders.outer_race!r},BPFI={orders.inner_race!r},BSF={orders.ball_spin!r},FTF={orders.cage!r}"
-    )
+    text = f"BPFO={orders.outer_race!r},BPFI={orders.inner_race!r},BSF={orders.ball_spin!r},FTF={orders.cage!r}"
     found = parse_bearing(text).geometry
     assert found.balls == balls
     assert found.ball_diameter_m / found.pitch_diameter_m == pytest.approx(ratio, rel=1e-9)
     again = found.defect_orders()
-    assert (again.outer_race, again.inner_race) == pytest.approx(
-        (orders.outer_race, orders.inner_race), rel=1e-9
-    )
+    assert (again.outer_race, again.inner_race) == pytest.approx((orders.outer_race, orders.inner_race), rel=1e-9)
     assert (again.ball_spin, again.cage) == pytest.approx((orders.ball_spin, orders.cage), rel=1e-9)
 
 

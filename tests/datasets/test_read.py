@@ -21,9 +21,7 @@ DATA = np.random.default_rng(3).standard_normal((3, 500))
 def volts(tmp_path: Path) -> Path:
     """Three channels without rate; two of them in volts, the third unknown."""
     path = tmp_path / "volts.csv"
-    path.write_text(
-        "a (V),b (mV),c\n" + "\n".join(",".join(map(repr, row)) for row in DATA.T.tolist()) + "\n"
-    )
+    path.write_text("a (V),b (mV),c\n" + "\n".join(",".join(map(repr, row)) for row in DATA.T.tolist()) + "\n")
     return path
 
 
@@ -44,9 +42,7 @@ def test_units_to_si(volts: Path) -> None:
 
 def test_sensitivity_turns_volts_into_its_quantity(volts: Path) -> None:
     # 100 mV/g: 1 V is 10 g; b is in mV: 1 mV is 0.01 g; c in mm/s has no use for it.
-    recording = read(
-        volts, metadata=Metadata(rate_hz=1000, units=("", "", "mm/s"), sensitivities=("100 mV/g",))
-    )
+    recording = read(volts, metadata=Metadata(rate_hz=1000, units=("", "", "mm/s"), sensitivities=("100 mV/g",)))
     np.testing.assert_allclose(recording.signals, DATA * [[10 * G], [0.01 * G], [1e-3]], rtol=1e-12)
     assert recording.channels[1].quantity == "acceleration"
     assert any("not in volts" in text for text in recording.warnings)
@@ -202,9 +198,7 @@ def test_find_recordings(volts: Path, tmp_path: Path) -> None:
 
 def recording(dtype: type = np.float64) -> Recording:
     channels = (Channel("drive end", "acceleration"), Channel("odd, name (g)"), Channel("Keyphasor", "tacho"))
-    return Recording(
-        DATA.astype(dtype), 25600.5, channels, OperatingCondition(speed_rpm=1480.25), label="healthy; new"
-    )
+    return Recording(DATA.astype(dtype), 25600.5, channels, OperatingCondition(speed_rpm=1480.25), label="healthy; new")
 
 
 @pytest.mark.parametrize("write", [write_csv, write_npz])

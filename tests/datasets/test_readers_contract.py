@@ -72,9 +72,7 @@ def test_recognised_under_any_suffix(sample: tuple[str, Path], tmp_path: Path) -
     assert module_name(find_reader(renamed)) == name
 
 
-def test_gives_the_signals_back(
-    sample: tuple[str, Path], sample_signals: np.ndarray, sample_rate: float
-) -> None:
+def test_gives_the_signals_back(sample: tuple[str, Path], sample_signals: np.ndarray, sample_rate: float) -> None:
     _, path = sample
     content = read_content(path)
     assert content.signals.dtype in (np.float32, np.float64)
@@ -114,9 +112,7 @@ def test_blocks_join_to_the_whole(sample: tuple[str, Path], size: int) -> None:
     assert {part.rate_hz for part in parts} == {whole.rate_hz}
 
 
-def test_truncated_gives_a_prefix_with_a_warning_or_is_refused(
-    sample: tuple[str, Path], tmp_path: Path
-) -> None:
+def test_truncated_gives_a_prefix_with_a_warning_or_is_refused(sample: tuple[str, Path], tmp_path: Path) -> None:
     name, path = sample
     data, whole = path.read_bytes(), read_content(path)
     rng = np.random.default_rng(1)
@@ -135,9 +131,7 @@ def test_truncated_gives_a_prefix_with_a_warning_or_is_refused(
 def _assert_prefix(content: FileContent, whole: FileContent, *, exact: bool) -> None:
     # Of text, the last number can be cut within its digits and still be one.
     samples = content.samples if exact else content.samples - 1
-    channels = [
-        whole.channel_names.index(name) for name in content.channel_names if name in whole.channel_names
-    ]
+    channels = [whole.channel_names.index(name) for name in content.channel_names if name in whole.channel_names]
     assert len(channels) == len(content.channel_names) or samples < 2
     if channels:
         np.testing.assert_array_equal(content.signals[:, :samples], whole.signals[channels, :samples])

@@ -53,12 +53,6 @@ def test_spellings(spellings: tuple[str, ...], unit: str) -> None:
         assert found.text == unit
 
 
-@pytest.mark.xfail(strict=True, reason="the list of spellings is split at the blank inside this one")
-def test_spelling_with_a_blank_inside() -> None:
-    found = [parse_unit(text) for text in ("m s-2", "M", "s-2")]
-    assert [one and one.text for one in found] == ["m/s2", "m", None]
-
-
 def test_case_tells_pascal_from_millipascal_and_nothing_is_guessed() -> None:
     assert require_unit("mPa").to_si == 1e-3
     assert require_unit("Pa").to_si == 1.0

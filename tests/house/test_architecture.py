@@ -53,9 +53,7 @@ def imported_packages(source: str, path: Path) -> set[str]:
 def test_imports_go_one_way(path):
     package = path.relative_to(ROOT).parts[0]
     wrong = imported_packages(path.read_text(encoding="utf-8"), path) - ALLOWED[package]
-    assert not wrong, (
-        f"{path.relative_to(ROOT)} imports {wrong}; {package} may import {ALLOWED[package] or 'none'}"
-    )
+    assert not wrong, f"{path.relative_to(ROOT)} imports {wrong}; {package} may import {ALLOWED[package] or 'none'}"
 
 
 @pytest.mark.parametrize(
@@ -78,9 +76,7 @@ def test_import_check_itself_sees_every_form(source, path, found):
 def test_package_list_matches_the_folders():
     setup = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
     folders = {
-        "rotorwise." + ".".join(path.parent.relative_to(ROOT).parts)
-        for path in FILES
-        if path.stem == "__init__"
+        "rotorwise." + ".".join(path.parent.relative_to(ROOT).parts) for path in FILES if path.stem == "__init__"
     }
     assert set(setup["packages"]) == folders
     assert len(setup["packages"]) == len(folders)
@@ -100,9 +96,7 @@ def test_files_and_functions_stay_short(path):
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             length = code_lines(node)
-            assert length <= MOST_LINES_A_FUNCTION, (
-                f"{node.name} has {length} lines without docstring; split it"
-            )
+            assert length <= MOST_LINES_A_FUNCTION, f"{node.name} has {length} lines without docstring; split it"
 
 
 def code_lines(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
@@ -125,9 +119,7 @@ def test_errors_derive_from_ours(name):
     for thing in vars(module).values():
         own = isinstance(thing, type) and issubclass(thing, Exception) and thing.__module__ == name
         if own:
-            assert issubclass(thing, RotorwiseError), (
-                f"{name}.{thing.__name__} does not derive from RotorwiseError"
-            )
+            assert issubclass(thing, RotorwiseError), f"{name}.{thing.__name__} does not derive from RotorwiseError"
             assert (thing.__doc__ or "").strip(), f"{name}.{thing.__name__} does not say when it is raised"
 
 
@@ -146,23 +138,15 @@ _VAGUE = {
 @pytest.mark.parametrize("path", FILES, ids=NAMES)
 def test_only_our_errors_are_raised(path):
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if (
-            isinstance(node, ast.Raise)
-            and isinstance(node.exc, ast.Call)
-            and isinstance(node.exc.func, ast.Name)
-        ):
-            assert node.exc.func.id not in _VAGUE, (
-                f"line {node.lineno} raises {node.exc.func.id}; use an error of ours"
-            )
+        if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call) and isinstance(node.exc.func, ast.Name):
+            assert node.exc.func.id not in _VAGUE, f"line {node.lineno} raises {node.exc.func.id}; use an error of ours"
 
 
 @pytest.mark.parametrize("name", MODULES)
 def test_docstring_examples_run(name):
     module = importlib.import_module(name)
     found = doctest.testmod(module, optionflags=doctest.NORMALIZE_WHITESPACE)
-    assert found.failed == 0, (
-        f"{found.failed} of {found.attempted} examples of {name} fail; see the output above"
-    )
+    assert found.failed == 0, f"{found.failed} of {found.attempted} examples of {name} fail; see the output above"
 
 
 def test_examples_exist_where_formulas_are():
@@ -199,9 +183,7 @@ def test_help_loads_nothing_heavy():
     loaded, complaint = loaded_by(code)
     assert "rotorwise" in loaded, complaint
     assert "Traceback" not in complaint
-    assert not loaded & set(HEAVY), (
-        f"rotorwise --help loads {loaded & set(HEAVY)}; import them inside functions"
-    )
+    assert not loaded & set(HEAVY), f"rotorwise --help loads {loaded & set(HEAVY)}; import them inside functions"
 
 
 @pytest.mark.parametrize("package", ["rotorwise.simulators", "rotorwise.datasets", "rotorwise.diagnose"])

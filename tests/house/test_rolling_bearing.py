@@ -113,9 +113,7 @@ def test_catalogue_row(row):
 
 
 def test_no_two_rows_share_a_name():
-    names = [
-        normalised_designation(name) for row in ROWS for name in (row["designation"], *row.get("also", ()))
-    ]
+    names = [normalised_designation(name) for row in ROWS for name in (row["designation"], *row.get("also", ()))]
     assert len(names) == len(set(names)) == len(bearing_catalogue())
 
 

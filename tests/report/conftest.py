@@ -192,9 +192,7 @@ class Maker:
 
     def bare(self, **changes: object) -> Analysis:
         """Return an analysis in which everything that may be empty is empty."""
-        empty = Analysis(
-            "a.csv", "Nothing evident.", (), (), "The unit is unknown.", None, (), (), 1000.0, 1.0
-        )
+        empty = Analysis("a.csv", "Nothing evident.", (), (), "The unit is unknown.", None, (), (), 1000.0, 1.0)
         return replace(empty, **changes)
 
 

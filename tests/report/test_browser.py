@@ -30,8 +30,7 @@ CURSORS = (
     ".filter((s) => s.name === arguments[1]).length"
 )
 CURVE = (
-    "return document.querySelector(arguments[0] + ' .canvas').data"
-    + ".find((t) => t.name === 'curve').y.slice(0, 50)"
+    "return document.querySelector(arguments[0] + ' .canvas').data" + ".find((t) => t.name === 'curve').y.slice(0, 50)"
 )
 SPECTRUM = "[data-plot=spectrum]"
 
@@ -57,9 +56,7 @@ def show(browser: Any, tmp_path: Path) -> Iterator[Callable[..., Any]]:
     """Return a function that writes a report, opens it and waits until it is drawn."""
     from selenium.webdriver.support.ui import WebDriverWait
 
-    def _show(
-        *analyses: Any, width: int = 1280, mobile: bool = False, dark: bool = False, hash_: str = ""
-    ) -> Any:
+    def _show(*analyses: Any, width: int = 1280, mobile: bool = False, dark: bool = False, hash_: str = "") -> Any:
         size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": mobile}
         browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
@@ -82,8 +79,7 @@ def click(page: Any, selector: str) -> None:
 
 def choose(page: Any, selector: str, value: str) -> None:
     page.execute_script(
-        "const s = document.querySelector(arguments[0]); s.value = arguments[1];"
-        " s.dispatchEvent(new Event('change'))",
+        "const s = document.querySelector(arguments[0]); s.value = arguments[1]; s.dispatchEvent(new Event('change'))",
         selector,
         value,
     )
@@ -112,9 +108,7 @@ def test_every_figure_is_drawn(show: Callable[..., Any], make: Any) -> None:
 def test_nothing_is_requested_but_the_file_itself(show: Callable[..., Any], make: Any) -> None:
     page = show(make())
     requests = [
-        entry["message"]
-        for entry in page.get_log("performance")
-        if 'Network.requestWillBeSent"' in entry["message"]
+        entry["message"] for entry in page.get_log("performance") if 'Network.requestWillBeSent"' in entry["message"]
     ]
     assert requests
     assert not [message for message in requests if '"url":"http' in message]
@@ -138,9 +132,7 @@ def test_cursor_box_works_from_the_keyboard(show: Callable[..., Any], make: Any)
     assert page.execute_script(CURSORS, SPECTRUM, "cursor-0") == 0
 
 
-def test_switching_on_cursors_out_of_sight_brings_them_into_sight(
-    show: Callable[..., Any], make: Any
-) -> None:
+def test_switching_on_cursors_out_of_sight_brings_them_into_sight(show: Callable[..., Any], make: Any) -> None:
     page = show(make())
     end = f"return document.querySelector('{SPECTRUM} .canvas')._fullLayout.xaxis.range[1]"
     before = page.execute_script(end)
@@ -189,9 +181,7 @@ def test_channel_selector_changes_the_curve(show: Callable[..., Any], make: Any)
 def test_spectrum_opens_on_the_channel_that_carries_the_evidence(show: Callable[..., Any], make: Any) -> None:
     pictures = make.pictures()
     page = show(make(pictures=replace(pictures, spectra=pictures.spectra[::-1])))
-    assert (
-        page.execute_script(f"return document.querySelector('{SPECTRUM} [data-role=channel]').value") == "2"
-    )
+    assert page.execute_script(f"return document.querySelector('{SPECTRUM} [data-role=channel]').value") == "2"
     expected = pictures.spectra[0].y[:50] * 1e3
     assert page.execute_script(CURVE, SPECTRUM) == pytest.approx(list(expected), rel=1e-3)
 
@@ -215,9 +205,7 @@ def test_zooming_keeps_the_frequency_range_in_both_units(show: Callable[..., Any
         f"Plotly.relayout({canvas}, {{'xaxis.range[0]': 50, 'xaxis.range[1]': 150}}).then(arguments[0])"
     )
     choose(page, f"{SPECTRUM} select[data-role=axis]", "order")
-    assert page.execute_script(f"return {canvas}._fullLayout.xaxis.range") == pytest.approx(
-        [50 / 29.532, 150 / 29.532]
-    )
+    assert page.execute_script(f"return {canvas}._fullLayout.xaxis.range") == pytest.approx([50 / 29.532, 150 / 29.532])
 
 
 def test_evidence_sorts_both_ways_by_number(show: Callable[..., Any], make: Any) -> None:
@@ -228,10 +216,7 @@ def test_evidence_sorts_both_ways_by_number(show: Callable[..., Any], make: Any)
     assert len(set(rising)) == 5
     click(page, ".evidence thead th:nth-child(3) button")
     assert [float(text) for text in column(page, ".evidence", 2)] == rising[::-1]
-    assert (
-        page.execute_script("return document.querySelector('.evidence th[aria-sort]').ariaSort")
-        == "descending"
-    )
+    assert page.execute_script("return document.querySelector('.evidence th[aria-sort]').ariaSort") == "descending"
 
 
 @pytest.mark.parametrize("kind", ["one", "folder", "bare"])
@@ -289,8 +274,7 @@ def test_printing_turns_a_dark_page_light(show: Callable[..., Any], make: Any) -
 
 def test_hostile_names_run_nothing(show: Callable[..., Any], make: Any) -> None:
     bad = (
-        "</script><script>window.hit=1</script><img src=x onerror=window.hit=1>"
-        "<a href='javascript:window.hit=1'>x</a>"
+        "</script><script>window.hit=1</script><img src=x onerror=window.hit=1><a href='javascript:window.hit=1'>x</a>"
     )
     pictures = make.pictures()
     pictures = replace(
@@ -303,10 +287,7 @@ def test_hostile_names_run_nothing(show: Callable[..., Any], make: Any) -> None:
     click(page, "a[href='#file-0']")
     page.execute_async_script("setTimeout(arguments[0], 1500)")
     assert page.execute_script("return window.hit") is None
-    assert (
-        page.execute_script("return document.querySelectorAll('main img, main a[href^=javascript]').length")
-        == 0
-    )
+    assert page.execute_script("return document.querySelectorAll('main img, main a[href^=javascript]').length") == 0
 
 
 def test_injected_script_is_blocked_by_the_policy(browser: Any, make: Any, tmp_path: Path) -> None:

@@ -101,9 +101,7 @@ def test_json_of_nan_is_null() -> None:
 
 
 @given(st.integers(1, 40), st.integers(1, 40), st.integers(1, 12), st.integers(1, 12), st.integers(0, 99))
-def test_pooled_map_keeps_the_highest_level(
-    height: int, width: int, rows: int, columns: int, seed: int
-) -> None:
+def test_pooled_map_keeps_the_highest_level(height: int, width: int, rows: int, columns: int, seed: int) -> None:
     levels = np.random.default_rng(seed).normal(size=(height, width))
     pooled, per_row, per_column = pool_map(levels, rows, columns)
     assert pooled.shape[0] <= rows

@@ -77,11 +77,7 @@ def test_two_tones_add_in_power():
 @pytest.mark.parametrize("quantity", ["acceleration", "velocity"])
 def test_offset_and_drift_do_not_count(quantity):
     clean = acceleration(47.3)
-    drift = (
-        9.80665
-        + np.linspace(0, 5, clean.size)
-        + 0.3 * np.sin(2 * np.pi * 0.05 * np.arange(clean.size) / RATE)
-    )
+    drift = 9.80665 + np.linspace(0, 5, clean.size) + 0.3 * np.sin(2 * np.pi * 0.05 * np.arange(clean.size) / RATE)
     for road in (band_velocity_rms, band_displacement_rms):
         pure = road(clean, rate_hz=RATE, quantity=quantity, **BAND)
         assert road(clean + drift, rate_hz=RATE, quantity=quantity, **BAND) == pytest.approx(pure, rel=2e-3)
@@ -154,9 +150,7 @@ def test_gap_costs_its_segment_only():
     signal[[5000, 5001, 5002]] = np.nan, np.inf, -np.inf
     got = band_velocity_rms(signal, rate_hz=2560.0, quantity="acceleration", low_hz=10.0, high_hz=math.inf)
     assert got[0] == pytest.approx(5e-3 / math.sqrt(2), rel=2e-3)
-    nothing = band_velocity_rms(
-        signal * np.nan, rate_hz=2560.0, quantity="acceleration", low_hz=10.0, high_hz=1000.0
-    )
+    nothing = band_velocity_rms(signal * np.nan, rate_hz=2560.0, quantity="acceleration", low_hz=10.0, high_hz=1000.0)
     assert np.isnan(nothing[0])
 
 

@@ -21,9 +21,7 @@ def sine(rms, *, frequency=50.3, seconds=4.0, rate=RATE, phase=0.0):
 
 
 def recording(*signals, quantity="velocity", rate=RATE, plate=None, speed=None, **channel):
-    channels = tuple(
-        Channel(name=f"ch{index}", quantity=quantity, **channel) for index in range(len(signals))
-    )
+    channels = tuple(Channel(name=f"ch{index}", quantity=quantity, **channel) for index in range(len(signals)))
     return Recording(
         signals=np.array(signals),
         rate_hz=rate,
@@ -38,9 +36,7 @@ def recording(*signals, quantity="velocity", rate=RATE, plate=None, speed=None, 
 def test_known_velocity_is_found_within_half_a_percent(frequency, quantity):
     derivative = 2 * np.pi * frequency if quantity == "acceleration" else 1.0
     signal = sine(3e-3 * derivative, frequency=frequency)
-    (result,), refusal = assess(
-        recording(signal, quantity=quantity), speed_rpm=1500, table="iso10816-1-class2"
-    )
+    (result,), refusal = assess(recording(signal, quantity=quantity), speed_rpm=1500, table="iso10816-1-class2")
     assert refusal == ""
     assert result.value == pytest.approx(3.0, rel=5e-3)
     assert (result.unit, result.zone, result.quantity) == ("mm/s", "C", "velocity, rms, 10-1000 Hz")
@@ -151,9 +147,7 @@ def test_table_for_another_sensor_is_refused_by_name():
     results, refusal = assess(recording(sine(1e-3)), speed_rpm=3000, table="api617-shaft")
     assert results == ()
     assert "api617-shaft needs a displacement probe" in refusal
-    results, refusal = assess(
-        recording(sine(1e-5), quantity="displacement"), speed_rpm=3000, table="iso10816-1-class1"
-    )
+    results, refusal = assess(recording(sine(1e-5), quantity="displacement"), speed_rpm=3000, table="iso10816-1-class1")
     assert results == ()
     assert "needs acceleration or velocity" in refusal
 
@@ -299,9 +293,7 @@ def test_gear_unit_table():
     (result,), _ = assess(recording(sine(6e-3)), speed_rpm=1500, table="iso20816-9-subclass-a2")
     assert (result.zone, result.boundaries) == ("C", (3.15, 5.0, 8.0))
     signal = sine(60.0, frequency=800.0)
-    (result,), _ = assess(
-        recording(signal, quantity="acceleration"), table="iso20816-9-subclass-a2-acceleration"
-    )
+    (result,), _ = assess(recording(signal, quantity="acceleration"), table="iso20816-9-subclass-a2-acceleration")
     assert result.value == pytest.approx(60.0, rel=5e-3)
     assert not result.verified
     assert "assumption" in result.note

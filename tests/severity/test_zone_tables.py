@@ -53,9 +53,7 @@ AT_SPEED = [
 ]
 
 
-@pytest.mark.parametrize(
-    ("table", "quantity", "detector", "unit", "low", "mid", "high", "confidence"), HOUSING
-)
+@pytest.mark.parametrize(("table", "quantity", "detector", "unit", "low", "mid", "high", "confidence"), HOUSING)
 def test_row(table, quantity, detector, unit, low, mid, high, confidence):
     (row,) = (row for row in load_rows() if row.id == table and row.quantity == quantity)
     assert row.limits() == (low, mid, high)
