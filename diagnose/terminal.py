@@ -59,7 +59,8 @@ def _facts(analysis: Analysis) -> Table:
             table.add_row(
                 "severity",
                 f"[{_ZONE_COLOUR.get(one.zone, 'white')}]zone {one.zone}[/]  {escape(one.channel)}: "
-                f"{one.value:.3g} {one.unit} ({escape(one.quantity)}); {escape(one.standard)}, {escape(one.table)}, limits {limits}{mark}",
+                f"{one.value:.3g} {one.unit} ({escape(one.quantity)}); "
+                f"{escape(one.standard)}, {escape(one.table)}, limits {limits}{mark}",
             )
         note = analysis.severity[0].note
         if note:

@@ -6,6 +6,7 @@ estimated by a median so that lines do not lift it.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,7 +37,7 @@ class Spectrum:
     @property
     def resolution_hz(self) -> float:
         """Spacing of the bins."""
-        return float(self.frequency_hz[1] - self.frequency_hz[0])
+        return float(self.frequency_hz[1])
 
     @property
     def power_ratio(self) -> np.ndarray:
@@ -155,18 +156,23 @@ def peak_near(
     The frequency comes from ``peak_offsets``, the amplitude from the window's known shape at that offset.
     """
     resolution = spectrum.resolution_hz
-    bins = spectrum.amplitude.shape[1]
-    low = int(np.clip(np.ceil((frequency_hz - tolerance_hz) / resolution), 1, bins - 2))
-    high = int(np.clip(np.floor((frequency_hz + tolerance_hz) / resolution), low, bins - 2))
+    last = spectrum.amplitude.shape[1] - 2
+    low = min(max(math.ceil((frequency_hz - tolerance_hz) / resolution), 1), last)
+    high = min(max(math.floor((frequency_hz + tolerance_hz) / resolution), low), last)
     row = spectrum.amplitude[channel]
-    peak = low + int(np.argmax(row[low : high + 1]))
+    peak = low + int(row[low : high + 1].argmax())
     floor = float(spectrum.floor[channel, peak])
-    is_local_maximum = row[peak] >= row[peak - 1] and row[peak] >= row[peak + 1] and row[peak] > 0
-    if not is_local_maximum:
-        return float(spectrum.frequency_hz[peak]), float(row[peak]), floor
-    offset = float(peak_offsets(row, np.array([peak]))[0])
-    shape = 1.0 if offset == 0 else np.sinc(offset) / (1 - offset**2)
-    return (peak + offset) * resolution, float(row[peak] / shape), floor
+    left, height, right = float(row[peak - 1]), float(row[peak]), float(row[peak + 1])
+    if height < left or height < right or height <= 0:
+        return peak * resolution, height, floor
+    side, neighbour = (1, right) if right >= left else (-1, left)
+    offset = min(max(_main_lobe_offset(neighbour / height), 0.0), 0.5)
+    shape = math.sin(math.pi * offset) / (math.pi * offset) / (1 - offset**2) if offset > 0 else 1.0
+    return (peak + side * offset) * resolution, height / shape, floor
+
+
+def _main_lobe_offset(ratio: float) -> float:
+    return (2 * ratio - 1) / (ratio + 1)
 
 
 def peak_offsets(row: np.ndarray, bins: np.ndarray) -> np.ndarray:

@@ -192,7 +192,7 @@ def speed_from_vibration(
     prior += _bearing_gains(channels, candidates, bearing_orders)
 
     def posterior(chances: np.ndarray) -> np.ndarray:
-        return prior + [comb_score(channels, speed, orders=orders, shows=chances) for speed in candidates]
+        return prior + comb_scores(channels, candidates, orders=orders, shows=chances)
 
     every = posterior(shows)
     best = float(candidates[int(np.argmax(every))])
@@ -252,8 +252,7 @@ def _passes(channels: list[Peaks], order: float, speeds_hz: np.ndarray) -> tuple
     """Return the possible ball-pass frequencies for a range of speeds, and the score of a comb at each."""
     harmonics = np.arange(1.0, _HARMONIC_SHOWS.size + 1)
     passes = _candidates(channels, 0.98 * order * speeds_hz.min(), 1.02 * order * speeds_hz.max())
-    scores = [_comb_gain(channels, rate, orders=harmonics, shows=_HARMONIC_SHOWS) for rate in passes]
-    return passes, np.array(scores)
+    return passes, _comb_gains(channels, passes, orders=harmonics, shows=_HARMONIC_SHOWS)
 
 
 def _shared_with_bearing(orders: np.ndarray, bearing_orders: tuple[float, ...]) -> np.ndarray:
@@ -277,47 +276,41 @@ def _best_of_clusters(candidates: np.ndarray, posterior: np.ndarray, width_hz: f
     return np.maximum.reduceat(posterior, starts)
 
 
-def comb_score(channels: list[Peaks], speed_hz: float, *, orders: np.ndarray, shows: np.ndarray) -> float:
-    """Return the log Bayes factor of a comb at this speed against lines placed by chance.
+def comb_scores(channels: list[Peaks], speeds_hz: np.ndarray, *, orders: np.ndarray, shows: np.ndarray) -> np.ndarray:
+    """Return the log Bayes factor of a comb at each speed against lines placed by chance, shape (speeds,).
 
     Each order adds ln(1 - q + q B), q being the chance that it shows and B the density of the nearest line's
     position under the comb over its density under chance (one over the mean spacing of lines as strong nearby).
     A missing likely line counts against the speed, which is what tells a speed from its half. Per order the best
-    channel counts, less the price of choosing it.
+    channel counts, less the price of choosing it. Lines below a speed count against it: a shaft has few, while
+    below the comb of a bearing there is the whole shaft.
     """
-    return _comb_gain(channels, speed_hz, orders=orders, shows=shows) - _lines_below(channels, speed_hz)
+    below = np.max([_lines_below(peaks, speeds_hz) for peaks in channels], axis=0)
+    return _comb_gains(channels, speeds_hz, orders=orders, shows=shows) - below
 
 
-def _comb_gain(channels: list[Peaks], speed_hz: float, *, orders: np.ndarray, shows: np.ndarray) -> float:
-    gains = np.array([_order_gains(peaks, speed_hz, orders, shows) for peaks in channels])
-    inside = orders * speed_hz < channels[0].span_hz
-    best = gains.max(axis=0)
-    return float(np.where(inside, best - np.log(len(channels)) * (best > 0), 0.0).sum())
+def _comb_gains(channels: list[Peaks], speeds_hz: np.ndarray, *, orders: np.ndarray, shows: np.ndarray) -> np.ndarray:
+    gains = np.max([_order_gains(peaks, speeds_hz, orders, shows) for peaks in channels], axis=0)
+    gains -= np.log(len(channels)) * (gains > 0)
+    inside = orders[None, :] * speeds_hz[:, None] < channels[0].span_hz
+    return np.where(inside, gains, 0.0).sum(axis=1)
 
 
-def _lines_below(channels: list[Peaks], speed_hz: float) -> float:
-    """Return the price of lines below a speed: a shaft has few, the comb of a bearing has the whole shaft there."""
-    return max(
-        min(
-            float(np.count_nonzero(peaks.power_ratio[: np.searchsorted(peaks.frequency_hz, 0.7 * speed_hz)] > 40)),
-            8.0,
-        )
-        for peaks in channels
-    )
+def _lines_below(peaks: Peaks, speeds_hz: np.ndarray) -> np.ndarray:
+    strong = np.concatenate([[0], np.cumsum(peaks.power_ratio > 40)])
+    return np.minimum(strong[np.searchsorted(peaks.frequency_hz, 0.7 * speeds_hz)], 8.0)
 
 
-def _order_gains(peaks: Peaks, speed_hz: float, orders: np.ndarray, shows: np.ndarray) -> np.ndarray:
-    wanted = orders * speed_hz
-    right = np.clip(np.searchsorted(peaks.frequency_hz, wanted), 1, max(peaks.frequency_hz.size - 1, 1))
-    right = np.minimum(right, peaks.frequency_hz.size - 1)
+def _order_gains(peaks: Peaks, speeds_hz: np.ndarray, orders: np.ndarray, shows: np.ndarray) -> np.ndarray:
+    wanted = orders[None, :] * speeds_hz[:, None]
+    right = np.minimum(np.searchsorted(peaks.frequency_hz, wanted), peaks.frequency_hz.size - 1)
     left = np.maximum(right - 1, 0)
-    nearer = np.where(
-        np.abs(peaks.frequency_hz[left] - wanted) < np.abs(peaks.frequency_hz[right] - wanted), left, right
-    )
+    to_left, to_right = np.abs(peaks.frequency_hz[left] - wanted), np.abs(peaks.frequency_hz[right] - wanted)
+    nearer = np.where(to_left < to_right, left, right)
     deviation = np.hypot(peaks.deviation_hz[nearer], 2e-4 * wanted)
-    distance = (peaks.frequency_hz[nearer] - wanted) / deviation
+    distance = np.minimum(to_left, to_right) / deviation
     # Lines come in crowds; the spacing that chance would give is the local one.
-    width = 0.5 * speed_hz
+    width = 0.5 * speeds_hz[:, None]
     count = np.searchsorted(peaks.frequency_hz, wanted + width) - np.searchsorted(peaks.frequency_hz, wanted - width)
     spacing = 2 * width / np.maximum(count, 1)
     # Neighbouring lines and a wandering speed pull some peaks: one in seven is taken five times less certain.
@@ -334,7 +327,7 @@ def refine_speed(
     The comb score is itself the log likelihood; its width at two nats below the top is the interval.
     """
     grid = speed_hz + resolution_hz * np.linspace(-1.0, 1.0, 401)
-    scores = np.array([comb_score(channels, speed, orders=orders, shows=shows) for speed in grid])
+    scores = comb_scores(channels, grid, orders=orders, shows=shows)
     inside = np.abs(grid - grid[int(np.argmax(scores))]) < 0.5 * resolution_hz
     weight = np.where(inside, np.exp(scores - scores.max()), 0.0)
     weight /= weight.sum()
