@@ -19,8 +19,7 @@ from .spectrum import Spectrum, peak_offsets, spectrum_with_floor
 _HARMONIC_SHOWS = np.array([0.9, 0.8, 0.7, 0.6, 0.5, 0.45, 0.4, 0.35, 0.3, 0.3, 0.25, 0.25, 0.2, 0.2, 0.2])
 _LINE_THRESHOLD = 12.0  # power over mean noise power of a peak that counts as a line: one noise bin in 160 000
 _HINT_SPREAD = 0.035  # standard deviation of true over nominal speed; real files are off by up to 7 %
-_CLEAR_COMB = 4.0  # log Bayes factor from which a bearing's comb is taken to be there
-_CLEARLY_WORSE = 8.0
+_CLEARLY_WORSE = 8.0  # log Bayes factor
 _BEARING_SLIP = 0.016  # rolling elements slip 1-2 % against pure rolling
 _TYPICAL_SPEED_HZ, _SPEED_SPREAD = (
     27.0,
@@ -200,10 +199,7 @@ def speed_from_vibration(
     if hint_hz is not None and bearing_orders:
         # Which of the neighbouring speeds it is, lines that a bearing shares with the shaft cannot tell. Without them
         # the choice may change, as long as the whole comb does not speak clearly against it.
-        present = [
-            one for one in bearing_orders if _passes(channels, one, candidates)[1].max(initial=0.0) > _CLEAR_COMB
-        ]
-        unshared = np.where(_shared_with_bearing(orders, tuple(present)), 0.0, shows)
+        unshared = np.where(_shared_with_bearing(orders, bearing_orders), 0.0, shows)
         other = float(candidates[int(np.argmax(posterior(unshared)))])
         if every[np.abs(candidates - other) < width].max() > every.max() - _CLEARLY_WORSE:
             best, shows = other, unshared
@@ -239,20 +235,15 @@ def _candidates(channels: list[Peaks], lowest_hz: float, highest_hz: float) -> n
 
 def _bearing_gains(channels: list[Peaks], speeds_hz: np.ndarray, bearing_orders: tuple[float, ...]) -> np.ndarray:
     """Return what each speed gains by explaining a comb at a ball-pass order, shape (speeds,), at least 0."""
+    harmonics = np.arange(1.0, _HARMONIC_SHOWS.size + 1)
     gains = np.zeros(speeds_hz.size)
     for order in bearing_orders:
-        passes, scores = _passes(channels, order, speeds_hz)
+        passes = _candidates(channels, 0.98 * order * speeds_hz.min(), 1.02 * order * speeds_hz.max())
+        scores = _comb_gains(channels, passes, orders=harmonics, shows=_HARMONIC_SHOWS)
         near = np.abs(passes[None, :] / (order * speeds_hz[:, None]) - 1.0) < _BEARING_SLIP
         best = np.where(near, scores[None, :], -np.inf).max(axis=1, initial=-np.inf)
         gains = np.maximum(gains, best - np.log(2.0 * len(bearing_orders)))
     return gains
-
-
-def _passes(channels: list[Peaks], order: float, speeds_hz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the possible ball-pass frequencies for a range of speeds, and the score of a comb at each."""
-    harmonics = np.arange(1.0, _HARMONIC_SHOWS.size + 1)
-    passes = _candidates(channels, 0.98 * order * speeds_hz.min(), 1.02 * order * speeds_hz.max())
-    return passes, _comb_gains(channels, passes, orders=harmonics, shows=_HARMONIC_SHOWS)
 
 
 def _shared_with_bearing(orders: np.ndarray, bearing_orders: tuple[float, ...]) -> np.ndarray:
