@@ -127,7 +127,7 @@ def find_peaks(spectrum: Spectrum, channel: int, *, highest_hz: float) -> Peaks:
     resolution = spectrum.resolution_hz
     deviation = resolution * np.sqrt(0.3 / ratio[bins] + 0.04**2)
     return Peaks(
-        (bins + peak_offsets(row, bins)) * resolution,
+        (bins + peak_offsets(row, bins, padding=spectrum.padding)) * resolution,
         deviation,
         ratio[bins],
         float(spectrum.frequency_hz[-1]),
