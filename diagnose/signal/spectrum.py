@@ -1,7 +1,7 @@
 """Spectra with a noise floor, and the chance that noise alone makes a line.
 
 Convention: a sine of amplitude A gives a line of height A. The noise floor is the local mean power of the noise,
-estimated by a median so that lines do not lift it.
+estimated by a median so that a few lines do not lift it, however strong.
 """
 
 from __future__ import annotations
@@ -121,7 +121,8 @@ def noise_floor(amplitude: np.ndarray, *, half_width_bins: int) -> np.ndarray:
     Notes
     -----
     Noise power in a bin is exponential: its mean is its median over ln 2. Medians are taken at every quarter
-    width and joined in the logarithm.
+    width and joined in the logarithm. Lines of any strength that fill a share s of the bins raise the power by
+    -log2(1 - 0.5 / (1 - s)): 0.7 dB for 1/10, 3 dB for 1/3. That is wanted: a line must stand out of its crowd.
     """
     power = np.atleast_2d(amplitude) ** 2
     bins = power.shape[1]
