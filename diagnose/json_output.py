@@ -29,6 +29,7 @@ def as_json(analysis: Analysis) -> dict[str, Any]:
         "severity_all": [_severity(one) for one in analysis.severity],
         "severity_refusal": analysis.severity_refusal or None,
         "warnings": list(analysis.warnings),
+        "remarks": list(analysis.remarks),
         "channels": list(analysis.channels),
         "rate_hz": number(analysis.rate_hz),
         "duration_s": number(analysis.duration_s),

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..datasets.recording import Recording
+from .evidence import LEAST_PROBABILITY
 from .result import Analysis, Finding, Pictures, Severity, SpeedEstimate
 
 _WORDS = {
@@ -46,20 +48,22 @@ class BlockResult:
     refusal: str
     features: dict[str, float]
     notes: tuple[str, ...]
+    remarks: tuple[str, ...]
     lines_tested: int
     baseline_path: str | None
 
     @property
-    def start_sample(self) -> int:
-        """Index in the file of the block's first sample."""
-        return self.recording.provenance.start_sample
+    def start_s(self) -> float:
+        """Time in the file of the block's first sample."""
+        return self.recording.provenance.start_sample / self.recording.rate_hz
 
 
 def merge(path: str, blocks: Sequence[BlockResult], shown: Pictures) -> Analysis:
     """Return one analysis for all blocks of a file.
 
-    Probabilities are averaged over the blocks, the worst severity counts, warnings are told once. A block of a machine
-    at rest says nothing of the faults, so only turning blocks are averaged where there are any.
+    Probabilities are averaged over the blocks, or over the last fifth of them where that is more: a fault that came and
+    stayed is there now. The worst severity counts, warnings are told once. A block of a machine at rest says nothing of
+    the faults, so only turning blocks are averaged where there are any.
     """
     first = blocks[0].recording
     turning = [block for block in blocks if block.turning] or list(blocks)
@@ -86,24 +90,29 @@ def merge(path: str, blocks: Sequence[BlockResult], shown: Pictures) -> Analysis
         tests=max(block.lines_tested for block in blocks),
         blocks=tuple(_row(block) for block in blocks) if len(blocks) > 1 else (),
         pictures=shown,
+        remarks=blocks[0].remarks,
     )
 
 
 def _findings(blocks: Sequence[BlockResult]) -> tuple[Finding, ...]:
-    by_fault: dict[str, list[Finding]] = {}
-    for block in blocks:
-        for finding in block.findings:
-            by_fault.setdefault(finding.fault, []).append(finding)
-    merged = []
-    for same in by_fault.values():
-        probability = sum(finding.probability for finding in same) / len(blocks)
-        strongest = max(same, key=lambda finding: finding.probability)
-        summary = strongest.summary
-        if len(blocks) > 1:
-            summary += f" Seen in {len(same)} of {len(blocks)} blocks; the strongest is shown."
-        merged.append(replace(strongest, probability=probability, summary=summary))
-    kept = [finding for finding in merged if finding.probability >= 0.1]
+    names = dict.fromkeys(finding.fault for block in blocks for finding in block.findings)
+    merged = [_one_finding(fault, blocks) for fault in names]
+    kept = [finding for finding in merged if finding.probability >= LEAST_PROBABILITY]
     return tuple(sorted(kept, key=lambda finding: -finding.probability))
+
+
+def _one_finding(fault: str, blocks: Sequence[BlockResult]) -> Finding:
+    found = [next((one for one in block.findings if one.fault == fault), None) for block in blocks]
+    stated = [0.0 if one is None else one.probability for one in found]
+    late = stated[-max(len(stated) // 5, min(3, len(stated))) :]
+    strongest = max((one for one in found if one is not None), key=lambda one: one.probability)
+    summary = strongest.summary
+    if len(blocks) > 1:
+        begin = next(block for block, one in zip(blocks, found, strict=True) if one is not None).start_s
+        seen = sum(one is not None for one in found)
+        summary += f" Seen in {seen} of {len(blocks)} blocks, first at {begin:.0f} s; the strongest is shown."
+    probability = max(sum(stated) / len(stated), sum(late) / len(late))
+    return replace(strongest, probability=probability, summary=summary)
 
 
 def _passing(blocks: Sequence[BlockResult], findings: tuple[Finding, ...]) -> list[str]:
@@ -113,8 +122,9 @@ def _passing(blocks: Sequence[BlockResult], findings: tuple[Finding, ...]) -> li
     for block in blocks:
         for finding in block.findings:
             if finding.probability >= _PASSING and finding.fault not in shown:
-                time = block.start_sample / block.recording.rate_hz
-                found.setdefault(finding.fault, f"For a while only, first at {time:.0f} s: {_WORDS[finding.fault]}.")
+                found.setdefault(
+                    finding.fault, f"For a while only, first at {block.start_s:.0f} s: {_WORDS[finding.fault]}."
+                )
     return list(found.values())
 
 
@@ -124,8 +134,7 @@ def _severity(blocks: Sequence[BlockResult]) -> tuple[Severity, ...]:
         for one in block.severity:
             key = (one.channel, one.table)
             if key not in worst or (one.zone, one.value) > (worst[key].zone, worst[key].value):
-                time = block.start_sample / block.recording.rate_hz
-                note = f"{one.note} Worst block at {time:.0f} s.".strip() if len(blocks) > 1 else one.note
+                note = f"{one.note} Worst block at {block.start_s:.0f} s.".strip() if len(blocks) > 1 else one.note
                 worst[key] = replace(one, note=note)
     return tuple(sorted(worst.values(), key=lambda one: (one.zone, one.value / one.boundaries[0]), reverse=True))
 
@@ -147,13 +156,13 @@ def _speed(blocks: Sequence[BlockResult]) -> SpeedEstimate | None:
 
 
 def _told_once(blocks: Sequence[BlockResult]) -> list[str]:
-    """Return each warning once; in long files a kind of warning (its first words) counts as one."""
+    """Return each warning once; in long files warnings that differ in their numbers only count as one."""
     if len(blocks) == 1:
         return list(blocks[0].notes)
     count: dict[str, list[str]] = {}
     for block in blocks:
         for note in block.notes:
-            count.setdefault(" ".join(note.split()[:4]), []).append(note)
+            count.setdefault(re.sub(r"[-+\d.]+", "", note), []).append(note)
     return [
         same[0] if len(same) == 1 else f"{same[0]} (in {len(same)} of {len(blocks)} blocks)" for same in count.values()
     ]
@@ -172,7 +181,7 @@ def _median(values: list[float]) -> float:
 def _row(block: BlockResult) -> dict:
     top = block.findings[0] if block.findings else None
     return {
-        "time_s": block.start_sample / block.recording.rate_hz,
+        "time_s": block.start_s,
         "speed_rpm": None if block.speed is None else block.speed.speed_rpm,
         "rms": block.features["rms"],
         "kurtosis": block.features["kurtosis"],

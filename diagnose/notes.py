@@ -6,6 +6,7 @@ import numpy as np
 
 from .compare import comparable, floor_change_db, path_changed
 from .faults.bearing import defect_odds
+from .faults.gear import attributions
 from .observe import Observation
 from .result import Finding
 
@@ -16,7 +17,7 @@ _NOMINAL_ERROR = 0.02
 
 def notes(now: Observation, baseline: Observation | None, findings: tuple[Finding, ...]) -> tuple[str, ...]:
     """Return the warnings of one block, most important first."""
-    found = [check.message for check in now.checks]
+    found = [check.message for check in now.checks if check.severity > 0]
     if not now.channel_count:
         return (*found, "No usable vibration channel.")
     if not now.turning:
@@ -28,6 +29,11 @@ def notes(now: Observation, baseline: Observation | None, findings: tuple[Findin
     if not now.recording.nameplate.bearings:
         found += _unknown_rhythm(now)
     return tuple(found)
+
+
+def remarks(now: Observation) -> tuple[str, ...]:
+    """Return what is worth knowing of one block beside findings and warnings."""
+    return (*attributions(now), *(check.message for check in now.checks if check.severity == 0))
 
 
 def _not_turning(now: Observation) -> str:

@@ -14,7 +14,7 @@ from ..datasets.recording import Recording
 from . import evidence
 from .features import features
 from .merge import BlockResult, merge
-from .notes import notes
+from .notes import notes, remarks
 from .observe import Observation, observe
 from .pictures import pictures
 from .result import Analysis, Pictures
@@ -84,7 +84,7 @@ def analyse(
             shown = pictures(observation, healthy.observation if healthy else None, block.findings)
         blocks.append(block)
         if progress is not None:
-            progress(block.start_sample + block.samples, recording.provenance.total_samples)
+            progress(recording.provenance.start_sample + block.samples, recording.provenance.total_samples)
     return merge(str(path), blocks, shown)
 
 
@@ -141,7 +141,8 @@ def _analyse_block(
     observation = replace(observation, zone=max((one.zone for one in severity), default=None))
     findings = evidence.judge(observation, before)
     block = BlockResult(
-        recording=replace(recording, signals=recording.signals[:, :0]),
+        # An empty array of its own: an empty view would keep the block's samples alive.
+        recording=replace(recording, signals=np.empty((len(recording.channels), 0))),
         samples=recording.samples,
         speed=observation.speed,
         turning=observation.turning,
@@ -150,6 +151,7 @@ def _analyse_block(
         refusal=refusal,
         features=features(observation),
         notes=notes(observation, before, findings),
+        remarks=remarks(observation),
         lines_tested=observation.lines_tested,
         baseline_path=None if healthy is None else healthy.path,
     )

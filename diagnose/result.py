@@ -232,6 +232,8 @@ class Analysis:
     speed : SpeedEstimate or None
         None when no speed is known.
     warnings : tuple of str
+    remarks : tuple of str
+        Worth knowing, neither a fault nor a defect of the data.
     channels : tuple of str
     rate_hz, duration_s : float
     features : dict
@@ -261,3 +263,4 @@ class Analysis:
     tests: int = 0
     blocks: tuple[dict, ...] = ()
     pictures: Pictures = field(default_factory=Pictures)
+    remarks: tuple[str, ...] = ()

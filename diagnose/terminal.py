@@ -25,6 +25,8 @@ def show(analysis: Analysis, console: Console) -> None:
     console.print(_facts(analysis))
     for warning in analysis.warnings:
         console.print(f"[yellow]![/] {escape(warning)}")
+    for remark in analysis.remarks:
+        console.print(f"[dim]- {escape(remark)}[/]")
 
 
 def _findings(analysis: Analysis) -> Table:

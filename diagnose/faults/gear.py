@@ -82,6 +82,28 @@ def families(now: Observation, gear: GearPair) -> list[Family]:
     ]
 
 
+def attributions(now: Observation) -> list[str]:
+    """Return, for each shaft of each pair, one sentence on the sidebands that its gear makes, if any is significant."""
+    if now.speed is None or not now.turning:
+        return []
+    found = []
+    for gear in now.recording.nameplate.gears:
+        for name, ratio in shafts(gear):
+            mine = [one for one in families(now, gear) if one.wheel == name and one.found.modulation_index > 0]
+            if not mine:
+                continue
+            clearest = max(mine, key=lambda one: max(s.power_ratio for s in one.found.sidebands if abs(s.number) == 1))
+            sides = [side for side in clearest.found.sidebands if abs(side.number) == 1]
+            ratios = " and ".join(f"{np.sqrt(side.power_ratio):.0f}" for side in sides)
+            channel = now.recording.channels[clearest.channel].name
+            found.append(
+                f"Sidebands at {ratio * now.speed_hz:.2f} Hz round {clearest.found.carrier.frequency_hz:.1f} Hz "
+                f"(tooth mesh x {clearest.mesh}) belong to the {name}: {ratios} times the noise on {channel}, modulation index "
+                f"{clearest.found.modulation_index:.2f}."
+            )
+    return found
+
+
 def _judge_pair(now: Observation, baseline: Observation | None, gear: GearPair) -> list[Finding]:
     current = families(now, gear)
     if not any(one.found.carrier.power_ratio > now.significant_ratio for one in current):

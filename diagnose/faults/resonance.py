@@ -1,7 +1,7 @@
 """Suspicion of resonance: the strongest shaft line sits on a hump of the noise floor.
 
-A lightly damped structure rings to the noise as well as to the shaft: its resonance is a hump in the floor, wider than any
-line. A line on that hump is amplified by the structure. Only a run at another speed or a bump test can prove it.
+A lightly damped structure rings to the noise as well as to the shaft: its resonance is a hump in the floor, wider than
+any line. A line on that hump is amplified by the structure. Only a run at another speed or a bump test can prove it.
 Reference: D. J. Ewins, Modal Testing, 2nd ed. (2000), chapter 1.
 """
 
@@ -38,8 +38,8 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
                 best = Finding(
                     "resonance",
                     probability,
-                    f"{order}X carries {share:.0%} of the velocity on {line.channel} and lies on a hump of the noise at "
-                    f"{hump_hz:.0f} Hz, {prominence_db:.0f} dB above its surroundings.",
+                    f"{order}X carries {share:.0%} of the velocity on {line.channel} and lies on a hump of the noise "
+                    f"at {hump_hz:.0f} Hz, {prominence_db:.0f} dB above its surroundings.",
                     (line,),
                     "Change the speed by 10 % or do a bump test at rest: a resonance stays where it is.",
                     ("unbalance",),

@@ -25,6 +25,14 @@ def warnings_block(analysis: Analysis) -> str:
     return f'<div class="warnings" role="note"><strong>{words}</strong><ul>{items}</ul></div>'
 
 
+def remarks_block(analysis: Analysis) -> str:
+    """Return what is worth knowing beside the findings; an empty text when there is nothing."""
+    if not analysis.remarks:
+        return ""
+    items = "".join(f"<li>{escape(remark)}</li>" for remark in analysis.remarks)
+    return f'<ul class="remarks">{items}</ul>'
+
+
 def findings_block(analysis: Analysis, level: int) -> str:
     """Return the ranked findings as cards, or the plain statement that nothing is evident."""
     if not analysis.findings:

@@ -11,7 +11,7 @@ from ..result import Analysis
 from .assets import content_policy, plotly_script, report_script, style_sheet
 from .encode import to_json
 from .figures import figures
-from .findings import facts_block, findings_block, speed_block, warnings_block
+from .findings import facts_block, findings_block, remarks_block, speed_block, warnings_block
 from .gauge import severity_block
 from .payload import build_payload, point_limit, short_name
 from .tables import evidence_table, feature_table, sortable_table
@@ -91,7 +91,7 @@ def _file_body(analysis: Analysis, uid: str, level: int, limit: int) -> tuple[st
     body = (
         f"{warnings_block(analysis)}"
         f'<div class="answer"><section>{heading.format("Findings")}'
-        f"{findings_block(analysis, level + 1)}</section>"
+        f"{findings_block(analysis, level + 1)}{remarks_block(analysis)}</section>"
         f"<section>{heading.format('Severity')}{severity_block(analysis)}"
         f"{heading.format('Shaft speed')}{speed_block(analysis.speed)}</section></div>"
         f"<section>{heading.format('Curves')}{plots or '<p>This analysis holds no curves.</p>'}</section>"
