@@ -85,7 +85,7 @@ def _severity(one: Severity) -> dict[str, Any]:
         "value": number(one.value),
         "unit": one.unit,
         "quantity": one.quantity,
-        "boundaries": list(one.boundaries),
+        "boundaries": [float(value) for value in one.boundaries],
         "channel": one.channel,
         "source": one.source,
         "confidence": one.confidence,

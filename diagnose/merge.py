@@ -49,6 +49,7 @@ class BlockResult:
     features: dict[str, float]
     notes: tuple[str, ...]
     remarks: tuple[str, ...]
+    unexplained: tuple[str, ...]
     lines_tested: int
     baseline_path: str | None
 
@@ -70,11 +71,14 @@ def merge(path: str, blocks: Sequence[BlockResult], shown: Pictures) -> Analysis
     findings = _findings(turning)
     severity = _severity(blocks)
     speed = _speed(turning)
-    warnings = [*first.warnings, *_told_once(blocks), *_passing(turning, findings)]
+    unexplained = _told_once([block.unexplained for block in turning])
+    warnings = [*first.warnings, *_told_once([block.notes for block in blocks]), *unexplained]
+    warnings += _passing(turning, findings)
+    is_turning = any(block.turning for block in blocks)
     samples = sum(block.samples for block in blocks)
     return Analysis(
         path=path,
-        verdict=verdict(findings, severity, turning=any(block.turning for block in blocks), speed=speed),
+        verdict=verdict(findings, severity, turning=is_turning, speed=speed, unexplained=unexplained),
         findings=findings,
         severity=severity,
         severity_refusal="" if severity else blocks[0].refusal,
@@ -155,16 +159,16 @@ def _speed(blocks: Sequence[BlockResult]) -> SpeedEstimate | None:
     )
 
 
-def _told_once(blocks: Sequence[BlockResult]) -> list[str]:
+def _told_once(told: Sequence[tuple[str, ...]]) -> list[str]:
     """Return each warning once; in long files warnings that differ in their numbers only count as one."""
-    if len(blocks) == 1:
-        return list(blocks[0].notes)
+    if len(told) == 1:
+        return list(told[0])
     count: dict[str, list[str]] = {}
-    for block in blocks:
-        for note in block.notes:
+    for notes in told:
+        for note in notes:
             count.setdefault(re.sub(r"[-+\d.]+", "", note), []).append(note)
     return [
-        same[0] if len(same) == 1 else f"{same[0]} (in {len(same)} of {len(blocks)} blocks)" for same in count.values()
+        same[0] if len(same) == 1 else f"{same[0]} (in {len(same)} of {len(told)} blocks)" for same in count.values()
     ]
 
 
@@ -198,8 +202,9 @@ def verdict(
     *,
     turning: bool,
     speed: SpeedEstimate | None,
+    unexplained: Sequence[str] = (),
 ) -> str:
-    """Return the answer in one or two sentences."""
+    """Return the answer in a few sentences."""
     if not turning:
         return "The machine is not turning in this record: no diagnosis."
     level = ""
@@ -213,7 +218,8 @@ def verdict(
         words = " and ".join(f"{_WORDS[one.fault]} ({one.probability:.0%})" for one in likely[:3])
         certainty = "Clear signs of" if likely[0].probability >= _SURE else "Probably"
         return f"{certainty} {words}.{level}"
+    rest = f" Not explained: {unexplained[0][0].lower()}{unexplained[0][1:]}" if unexplained else ""
     if findings:
         best = findings[0]
-        return f"Nothing certain. The strongest hint is {_WORDS[best.fault]} ({best.probability:.0%}).{level}"
-    return f"No fault is evident from this measurement.{level}"
+        return f"Nothing certain. The strongest hint is {_WORDS[best.fault]} ({best.probability:.0%}).{rest}{level}"
+    return f"No fault is evident from this measurement.{rest}{level}"

@@ -15,7 +15,7 @@ _RISE_DB = 6.0
 _NOMINAL_ERROR = 0.02
 
 
-def notes(now: Observation, baseline: Observation | None, findings: tuple[Finding, ...]) -> tuple[str, ...]:
+def notes(now: Observation, baseline: Observation | None) -> tuple[str, ...]:
     """Return the warnings of one block, most important first."""
     found = [check.message for check in now.checks if check.severity > 0]
     if not now.channel_count:
@@ -25,7 +25,14 @@ def notes(now: Observation, baseline: Observation | None, findings: tuple[Findin
     found += _speed_doubts(now)
     if baseline is not None:
         found += _baseline_doubts(now, baseline)
-        found += _unexplained_change(now, baseline, findings)
+    return tuple(found)
+
+
+def unexplained(now: Observation, baseline: Observation | None, findings: tuple[Finding, ...]) -> tuple[str, ...]:
+    """Return what is clearly there and no fault of the catalogue accounts for."""
+    if not now.turning:
+        return ()
+    found = [] if baseline is None else _unexplained_change(now, baseline, findings)
     if not now.recording.nameplate.bearings:
         found += _unknown_rhythm(now)
     return tuple(found)
@@ -92,7 +99,7 @@ def _unexplained_change(now: Observation, baseline: Observation, findings: tuple
         return []
     worst = int(high[np.argmax(rises[high])])
     return [
-        f"Unexplained: the noise rose by {rises[worst]:.0f} dB round {centres[worst]:.0f} Hz (median of the channels) "
+        f"The noise rose by {rises[worst]:.0f} dB round {centres[worst]:.0f} Hz (median of the channels) "
         "and no fault of the catalogue accounts for it."
     ]
 

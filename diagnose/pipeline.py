@@ -14,7 +14,7 @@ from ..datasets.recording import Recording
 from . import evidence
 from .features import features
 from .merge import BlockResult, merge
-from .notes import notes, remarks
+from .notes import notes, remarks, unexplained
 from .observe import Observation, observe
 from .pictures import pictures
 from .result import Analysis, Pictures
@@ -150,7 +150,8 @@ def _analyse_block(
         severity=severity,
         refusal=refusal,
         features=features(observation),
-        notes=notes(observation, before, findings),
+        notes=notes(observation, before),
+        unexplained=unexplained(observation, before, findings),
         remarks=remarks(observation),
         lines_tested=observation.lines_tested,
         baseline_path=None if healthy is None else healthy.path,

@@ -10,8 +10,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
 from ..datasets.metadata import Metadata
 from ..datasets.reading import find_recordings
 from ..simulators.errors import RotorwiseError
@@ -143,7 +141,7 @@ def _print(request: Request, analyses: list[Analysis]) -> None:
     if request.as_json:
         from .json_output import as_json
 
-        print(json.dumps([as_json(analysis) for analysis in analyses], indent=2, default=_plain))
+        print(json.dumps([as_json(analysis) for analysis in analyses], indent=2))
         return
     from rich.console import Console
 
@@ -155,12 +153,6 @@ def _print(request: Request, analyses: list[Analysis]) -> None:
             show(analysis, console)
     else:
         show_overview(analyses, console)
-
-
-def _plain(value: object) -> object:
-    if isinstance(value, np.generic):
-        return value.item()
-    raise TypeError(f"{type(value)} is not a JSON type")
 
 
 def _write_report(request: Request, analyses: list[Analysis]) -> int:

@@ -256,8 +256,8 @@ def _finding(
     if baseline is not None and baseline.speed is not None:
         before = strongest(baseline, evidence.rhythm, [])
         earlier = before.depth if before is not None else 0.0
-        # What the healthy machine shows already is its own; only the excess speaks for a defect.
-        excess = float(np.sqrt(max(evidence.depth**2 - earlier**2, 0.0)))
+        # What the healthy machine shows already is its own; only the rest speaks for a defect.
+        excess = max(evidence.depth - earlier, 0.0)
         odds *= defect_odds(excess) / defect_odds(evidence.depth)
         odds /= _load_factor(now, baseline)
         note = f" (baseline {earlier:.0%})"

@@ -98,8 +98,8 @@ def attributions(now: Observation) -> list[str]:
             channel = now.recording.channels[clearest.channel].name
             found.append(
                 f"Sidebands at {ratio * now.speed_hz:.2f} Hz round {clearest.found.carrier.frequency_hz:.1f} Hz "
-                f"(tooth mesh x {clearest.mesh}) belong to the {name}: {ratios} times the noise on {channel}, modulation index "
-                f"{clearest.found.modulation_index:.2f}."
+                f"(tooth mesh x {clearest.mesh}) belong to the {name}: {ratios} times the noise on {channel}, "
+                f"modulation index {clearest.found.modulation_index:.2f}."
             )
     return found
 

@@ -98,6 +98,7 @@ def _clipping(signal: np.ndarray, name: str) -> list[DataCheck]:
     """Find a heap of samples at an end of the range, denser than the samples just inside it.
 
     A sine puts at most 2.4 times as many samples in the outermost slice as in the next one; clipping piles them up.
+    Where values come in steps (quantised, or few samples a period), the next step inwards is the next slice.
     """
     span = float(np.ptp(signal))
     slice_width = 2e-3 * span
@@ -105,6 +106,8 @@ def _clipping(signal: np.ndarray, name: str) -> list[DataCheck]:
     for extreme in (signal - signal.min(), signal.max() - signal):
         outer = int((extreme < 0.5 * slice_width).sum())
         following = int(((extreme >= 0.5 * slice_width) & (extreme < 3 * slice_width)).sum())
+        inner = extreme[extreme >= 0.5 * slice_width]
+        following = max(following, int((inner < inner.min() + slice_width).sum()))
         runs = int(((extreme[1:] == extreme[:-1]) & (extreme[1:] == 0)).sum())
         if outer > max(8, 2e-5 * signal.size) and outer > 3 * max(following, 1) and runs >= 4:
             worst = max(worst, outer)
@@ -148,22 +151,34 @@ def _aliasing(signal: np.ndarray, rate_hz: float, name: str) -> list[DataCheck]:
     """Suspect aliasing when the spectrum is not rolled off at the end of the band.
 
     An anti-alias filter leaves the last part of the band far below the rest. A spectrum that rises towards the end,
-    well above its own middle, has energy that must continue beyond it. A flat noise floor says nothing.
+    well above its own middle, has energy that must continue beyond it. A flat noise floor says nothing, and neither
+    does the foot of a strong line.
     """
     if signal.size < 4096:
         return []
     _, density = averaged_power_density(signal[None, : 1 << 19], rate_hz=rate_hz, segment_samples=2048)
-    band = density[0]
+    band = np.where(density[0] > np.maximum(3 * _leakage(density[0]), 1e-16 * density[0].max()), density[0], 0.0)
     count = band.size
     end = float(np.median(band[int(0.97 * count) : -2]))
     middle = float(np.median(band[int(0.2 * count) : int(0.8 * count)]))
-    if end < 4 * middle:
+    if end <= 4 * middle:
         return []
+    excess = f"{10 * np.log10(end / middle):.0f} dB above" if middle > 0 else "far above"
     message = (
-        f"{name}: the spectrum is strongest at the end of its band ({10 * np.log10(end / middle):.0f} dB above the "
+        f"{name}: the spectrum is strongest at the end of its band ({excess} the "
         "middle): content beyond half the sampling rate may be folded in. Was there an anti-alias filter?"
     )
     return [DataCheck("aliasing", name, message, 0.3)]
+
+
+def _leakage(density: np.ndarray) -> np.ndarray:
+    """Return the most that the Hann window lets leak into each bin from three bins away and further, shape (bins,).
+
+    At d bins a line is down to at most 1 / (pi d^3) in amplitude.
+    """
+    distance = np.abs(np.arange(1 - density.size, density.size)).astype(float)
+    kernel = np.where(distance >= 3, 1 / (np.pi * np.maximum(distance, 1) ** 3) ** 2, 0.0)
+    return np.convolve(density, kernel, mode="valid")
 
 
 def repair(signal: np.ndarray) -> np.ndarray:

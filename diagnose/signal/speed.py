@@ -184,32 +184,19 @@ def speed_from_vibration(
     candidates = _candidates(channels, lowest_hz, highest_hz)
     if not candidates.size:
         return None
-    if hint_hz is not None:
-        prior = -0.5 * ((candidates / hint_hz - 1) / _HINT_SPREAD) ** 2
-    else:
-        prior = -0.5 * (np.log(candidates / _TYPICAL_SPEED_HZ) / _SPEED_SPREAD) ** 2
-    prior += _bearing_gains(channels, candidates, bearing_orders)
-
-    def posterior(chances: np.ndarray) -> np.ndarray:
-        return prior + comb_scores(channels, candidates, orders=orders, shows=chances)
-
-    every = posterior(shows)
-    best = float(candidates[int(np.argmax(every))])
+    prior = _log_prior(candidates, hint_hz) + _bearing_gains(channels, candidates, bearing_orders)
+    scores = prior + comb_scores(channels, candidates, orders=orders, shows=shows)
+    best = float(candidates[int(np.argmax(scores))])
     width = max(0.003 * best, resolution)
     if hint_hz is not None and bearing_orders:
         # Which of the neighbouring speeds it is, lines that a bearing shares with the shaft cannot tell. Without them
         # the choice may change, as long as the whole comb does not speak clearly against it.
         unshared = np.where(_shared_with_bearing(orders, bearing_orders), 0.0, shows)
-        other = float(candidates[int(np.argmax(posterior(unshared)))])
-        if every[np.abs(candidates - other) < width].max() > every.max() - _CLEARLY_WORSE:
+        other_scores = prior + comb_scores(channels, candidates, orders=orders, shows=unshared)
+        other = float(candidates[int(np.argmax(other_scores))])
+        if scores[np.abs(candidates - other) < width].max() > scores.max() - _CLEARLY_WORSE:
             best, shows = other, unshared
-    near = np.abs(candidates - best) < width
-    top = every[near].max()
-    # One comb is the best of its kind, not one of many equal guesses: rivals count by their best score each.
-    rivals = _best_of_clusters(candidates[~near], every[~near], resolution)
-    confidence = 1.0 / (
-        1.0 + float(np.exp(np.minimum(0.5 * (rivals - top), 50.0)).sum()) + float(np.exp(-0.5 * max(top, 0.0)))
-    )
+    confidence = _confidence(candidates, scores, best, width, resolution)
     if hint_hz is None and bearing_orders:
         # Near the speed found, lines that the bearing shares with the shaft would pull: look again without them.
         near_best = speed_from_vibration(
@@ -220,6 +207,27 @@ def speed_from_vibration(
     speed, interval = refine_speed(channels, best, orders=orders, shows=shows, resolution_hz=resolution)
     method = "vibration" if hint_hz is None else "vibration near the hint"
     return SpeedEstimate(speed, speed - interval, speed + interval, confidence, method)
+
+
+def _log_prior(candidates_hz: np.ndarray, hint_hz: float | None) -> np.ndarray:
+    if hint_hz is not None:
+        return -0.5 * ((candidates_hz / hint_hz - 1) / _HINT_SPREAD) ** 2
+    return -0.5 * (np.log(candidates_hz / _TYPICAL_SPEED_HZ) / _SPEED_SPREAD) ** 2
+
+
+def _confidence(
+    candidates_hz: np.ndarray, scores: np.ndarray, best_hz: float, width_hz: float, resolution_hz: float
+) -> float:
+    """Return the share of the evidence within a width of the best speed, against its rivals and against no comb.
+
+    One comb is the best of its kind, not one of many equal guesses: rivals count by their best score each. Scores are
+    halved, because neighbouring lines are not independent evidence.
+    """
+    near = np.abs(candidates_hz - best_hz) < width_hz
+    top = scores[near].max()
+    rivals = _best_of_clusters(candidates_hz[~near], scores[~near], resolution_hz)
+    against = float(np.exp(np.minimum(0.5 * (rivals - top), 50.0)).sum()) + float(np.exp(-0.5 * max(top, 0.0)))
+    return 1.0 / (1.0 + against)
 
 
 def _candidates(channels: list[Peaks], lowest_hz: float, highest_hz: float) -> np.ndarray:

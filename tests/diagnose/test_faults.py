@@ -1,0 +1,228 @@
+"""Each rule on a signal whose truth is known, and what must not be said."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rotorwise.datasets.recording import GearPair, Nameplate
+from rotorwise.diagnose import Analysis, analyse_recording
+from rotorwise.diagnose.evidence import LEAST_PROBABILITY, merged, rules
+from rotorwise.diagnose.result import FAULTS, Finding
+from rotorwise.simulators.rotor_dynamics.rolling_bearing import find_bearing
+from rotorwise.simulators.synthetic_vibration import ImpactTrain
+
+from .conftest import HEALTHY, RATE_HZ, SPEED_HZ, Make
+
+ORDERS = find_bearing("6205").defect_orders()
+
+
+def top(analysis: Analysis) -> tuple[str, float]:
+    """Return name and probability of the first finding."""
+    return (analysis.findings[0].fault, analysis.findings[0].probability) if analysis.findings else ("", 0.0)
+
+
+def stated(analysis: Analysis, fault: str) -> float:
+    """Return the stated probability of a fault."""
+    return next((one.probability for one in analysis.findings if one.fault == fault), 0.0)
+
+
+# --- bearings ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("fault", "train"),
+    [
+        ("bearing_outer_race", ImpactTrain(ORDERS.outer_race, 5.0, 3000.0)),
+        (
+            "bearing_inner_race",
+            ImpactTrain(ORDERS.inner_race, 6.0, 3000.0, modulation_order=1.0, modulation_depth=0.8),
+        ),
+        (
+            "bearing_ball",
+            ImpactTrain(2 * ORDERS.ball_spin, 6.0, 3000.0, modulation_order=ORDERS.cage, modulation_depth=0.8),
+        ),
+    ],
+)
+@pytest.mark.parametrize("slip", [0.988, 1.0, 1.012])
+def test_bearing_defects_are_named(make: Make, fault: str, train: ImpactTrain, slip: float) -> None:
+    analysis = analyse_recording(make(impacts=(replace(train, order=train.order * slip),)))
+    name, probability = top(analysis)
+    assert name == fault
+    assert probability > 0.8
+    line = next(line for line in analysis.findings[0].lines if line.expected_order)
+    assert line.order == pytest.approx(train.order * slip, rel=3e-3)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_healthy_noise_names_no_bearing(make: Make, seed: int) -> None:
+    assert not analyse_recording(make(seed=seed)).findings
+
+
+def test_faint_ball_pass_modulation_of_a_healthy_bearing_is_no_defect(make: Make) -> None:
+    """Significant but shallow: noise modulated by 15 % at BPFO is what a healthy loaded bearing does."""
+    recording = make(noise_rms=0.0)
+    time = np.arange(recording.samples) / RATE_HZ
+    noise = np.random.default_rng(3).normal(size=recording.signals.shape)
+    modulation = 1 + 0.15 * np.cos(2 * np.pi * ORDERS.outer_race * SPEED_HZ * time)
+    analysis = analyse_recording(replace(recording, signals=recording.signals + noise * modulation))
+    assert stated(analysis, "bearing_outer_race") < 0.5
+
+
+def test_impacts_once_a_turn_are_no_bearing_defect(make: Make) -> None:
+    analysis = analyse_recording(make(impacts=(ImpactTrain(1.0, 20.0, 3000.0, slip=0.0),)))
+    assert all(not one.fault.startswith("bearing") or one.probability < 0.5 for one in analysis.findings)
+
+
+def test_unknown_bearing_rhythm_is_told_not_named(make: Make) -> None:
+    analysis = analyse_recording(make(impacts=(ImpactTrain(4.37, 6.0, 3000.0),), nameplate=Nameplate()))
+    assert not any(one.fault.startswith("bearing") for one in analysis.findings)
+    told = next(text for text in analysis.warnings if "--bearing" in text)
+    assert float(re.search(r"at ([\d.]+)X", told).group(1)) == pytest.approx(4.37, rel=5e-3)
+    assert "Not explained" in analysis.verdict
+
+
+def test_baseline_that_shows_the_same_rhythm_takes_the_evidence_away(make: Make) -> None:
+    impacts = (ImpactTrain(ORDERS.outer_race, 2.0, 3000.0),)
+    alone = analyse_recording(make(impacts=impacts))
+    against = analyse_recording(make(impacts=impacts), baseline=make(impacts=impacts, seed=5))
+    assert stated(alone, "bearing_outer_race") > 0.5
+    assert stated(against, "bearing_outer_race") < 0.3
+
+
+# --- shaft ------------------------------------------------------------------------------------------------------
+
+
+def test_risen_1x_is_unbalance_against_a_baseline(make: Make) -> None:
+    analysis = analyse_recording(make(lines={**HEALTHY, 1: 2.4}), baseline=make(seed=7))
+    assert top(analysis)[0] == "unbalance"
+    assert top(analysis)[1] > 0.8
+    line = next(line for line in analysis.findings[0].lines if line.channel == "horizontal")
+    assert line.amplitude == pytest.approx(2.4, rel=0.02)
+    assert line.baseline_amplitude == pytest.approx(0.3, rel=0.1)
+
+
+def test_change_within_repeatability_is_nothing(make: Make) -> None:
+    assert not analyse_recording(make(lines={**HEALTHY, 1: 0.4}), baseline=make(seed=7)).findings
+
+
+def test_risen_2x_alone_is_not_unbalance(make: Make) -> None:
+    analysis = analyse_recording(make(lines={**HEALTHY, 2: 2.0}), baseline=make(seed=7))
+    assert stated(analysis, "unbalance") < LEAST_PROBABILITY
+    assert top(analysis)[0] == "misalignment"
+
+
+def test_high_2x_without_level_or_baseline_names_nothing_surely(make: Make) -> None:
+    """2X above 1X is not misalignment: on measured rigs that rule fails."""
+    analysis = analyse_recording(make(lines={1: 0.2, 2: 0.6, 3: 0.1}, quantity=None))
+    assert all(one.probability <= 0.5 for one in analysis.findings)
+
+
+def test_baseline_at_another_speed_is_not_compared(make: Make) -> None:
+    baseline = make(speed_hz=20.0, hint_rpm=1200.0)
+    analysis = analyse_recording(make(lines={**HEALTHY, 1: 2.4}), baseline=baseline)
+    assert any("another speed" in text for text in analysis.warnings)
+
+
+def test_half_orders_are_looseness(make: Make) -> None:
+    lines = {**HEALTHY, 0.5: 0.3, 1.5: 0.4, 2.5: 0.3, 3.5: 0.2}
+    assert top(analyse_recording(make(lines=lines)))[0] == "looseness"
+
+
+def test_thirds_are_a_rub(make: Make) -> None:
+    lines = {**HEALTHY, 1 / 3: 0.3, 2 / 3: 0.3, 4 / 3: 0.3, 5 / 3: 0.2}
+    assert top(analyse_recording(make(lines=lines)))[0] == "rub"
+
+
+@pytest.mark.parametrize(("bearings", "expected"), [(False, True), (True, False)])
+def test_oil_whirl_needs_a_machine_without_rolling_bearings(make: Make, bearings: bool, expected: bool) -> None:
+    machine = {} if bearings else {"nameplate": Nameplate()}
+    recording = make(lines={1: 20e-6, 0.44: 30e-6}, noise_rms=1e-6, quantity="displacement", **machine)
+    analysis = analyse_recording(recording)
+    assert (stated(analysis, "oil_whirl") > 0.5) is expected
+
+
+def test_twice_line_frequency_is_electrical_when_it_carries_the_velocity(make: Make) -> None:
+    recording = make(lines={**HEALTHY, 100.0 / SPEED_HZ: 8.0})
+    assert stated(analyse_recording(recording), "electrical") > 0.4
+    unknown = replace(recording, nameplate=Nameplate())
+    assert stated(analyse_recording(unknown), "electrical") == 0.0
+
+
+# --- gears ------------------------------------------------------------------------------------------------------
+
+GEARS = Nameplate(gears=(GearPair(23, 46),))
+
+
+def mesh(sidebands: dict[float, float], amplitude: float = 1.0) -> dict[float, float]:
+    """Return mesh lines with sidebands at these orders from the mesh."""
+    lines = {**HEALTHY, 23.0: amplitude, 46.0: 0.4 * amplitude}
+    return lines | {23.0 + side: value for side, value in sidebands.items()}
+
+
+def test_sidebands_are_attributed_to_their_gear(make: Make) -> None:
+    recording = make(lines=mesh({-0.5: 0.2, 0.5: 0.2}), nameplate=GEARS)
+    analysis = analyse_recording(recording)
+    assert any("46-tooth" in text and f"{SPEED_HZ / 2:.2f} Hz" in text for text in analysis.remarks)
+    assert not any("23-tooth" in text for text in analysis.remarks)
+    assert all(one.probability < 0.5 for one in analysis.findings)
+
+
+def test_many_grown_sidebands_are_a_tooth_fault(make: Make) -> None:
+    healthy = mesh({side: 0.02 for side in (-3, -2, -1, 1, 2, 3)})
+    broken = mesh({side: 0.25 for side in range(-6, 7) if side})
+    analysis = analyse_recording(
+        make(lines=broken, nameplate=GEARS), baseline=make(lines=healthy, nameplate=GEARS, seed=9)
+    )
+    assert top(analysis)[0] == "gear_tooth_fault"
+    assert top(analysis)[1] > 0.5
+
+
+def test_grown_mesh_without_sidebands_is_wear(make: Make) -> None:
+    analysis = analyse_recording(
+        make(lines=mesh({}, amplitude=5.0), nameplate=GEARS), baseline=make(lines=mesh({}), nameplate=GEARS, seed=9)
+    )
+    assert top(analysis)[0] == "gear_wear"
+
+
+# --- the machine at rest, sensors ---------------------------------------------------------------------------------
+
+
+def test_machine_at_rest_is_not_diagnosed(make: Make) -> None:
+    analysis = analyse_recording(make(lines={}, noise_rms=0.05))
+    assert not analysis.findings
+    assert "not turning" in analysis.verdict
+
+
+def test_clipped_signal_is_a_sensor_fault(make: Make) -> None:
+    recording = make(lines={1: 3.0})
+    clipped = replace(recording, signals=np.clip(recording.signals, -2.0, 2.0))
+    analysis = analyse_recording(clipped)
+    assert stated(analysis, "sensor_fault") > 0.5
+    assert any("clipped" in text for text in analysis.warnings)
+
+
+def test_one_dead_channel_does_not_stop_the_other(make: Make) -> None:
+    recording = make(impacts=(ImpactTrain(ORDERS.outer_race, 5.0, 3000.0),))
+    signals = recording.signals.copy()
+    signals[1] = 0.0
+    analysis = analyse_recording(replace(recording, signals=signals))
+    assert stated(analysis, "bearing_outer_race") > 0.8
+    assert any("constant signal" in text for text in analysis.warnings)
+
+
+# --- the frame ----------------------------------------------------------------------------------------------------
+
+
+def test_every_rule_names_faults_of_the_vocabulary() -> None:
+    assert len(rules()) >= 8
+    assert len(FAULTS) == len(set(FAULTS)) == 16
+
+
+def test_merging_joins_independent_evidence() -> None:
+    joined = merged([Finding("unbalance", 0.5, "a."), Finding("unbalance", 0.4, "b."), Finding("rub", 0.2, "c.")])
+    assert [one.fault for one in joined] == ["unbalance", "rub"]
+    assert joined[0].probability == pytest.approx(0.7)
+    assert joined[0].summary == "a. b."
