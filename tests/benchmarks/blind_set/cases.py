@@ -68,7 +68,7 @@ def draw_clock(rng: np.random.Generator, machine: Machine, rate_hz: float | None
         low = machine.kind in ("gearbox",)
         choices = [12800, 20000, 25600, 48000, 50000] if low else [5000, 5120, 10000, 12800, 20000, 25600, 48000, 50000]
         rate_hz = float(rng.choice(choices[:4] if machine.kind == "turbine" else choices))
-    seconds = min(log_uniform(rng, 1.0, 20.0), 180e3 / rate_hz)
+    seconds = min(log_uniform(rng, 1.0, 20.0), 150e3 / rate_hz)
     lead = round(LEAD_SECONDS * rate_hz)
     samples = fft.next_fast_len(round(seconds * rate_hz) + lead) - lead
     return Clock(rate_hz, max(2, int(np.ceil(40000 / rate_hz))), samples)
@@ -212,6 +212,8 @@ def _line_size(state: str, level: float, rng: np.random.Generator) -> float:
         return max(2.5, log_uniform(rng, 2e-3, 10e-3) / level)
     if state == "electrical":
         return log_uniform(rng, 0.6, 5.0)
+    if state == "looseness":
+        return log_uniform(rng, 1.0, 6.0)
     return log_uniform(rng, 0.5, 6.0)
 
 
@@ -230,8 +232,8 @@ def _line_force(
         mode = 2
         mass, own = machine.structure.mass_kg[mode], float(machine.structure.frequency_hz[mode])
         extra = loose_support(drive[1] / mass, clock.fine_rate_hz, own, rng) * mass
-        force = drive.copy()
-        force[1] += extra
+        force = np.zeros_like(drive)
+        force[1] = drive[1] + extra
         return force, ""
     if state == "rub":
         own = machine.details("journal")
@@ -293,7 +295,7 @@ def _turbine(
     size = 0.0
     film = "rub without contact" if label == "rub" else "sound"
     if state in ("oil_whirl", "rub"):
-        film, size = state, log_uniform(rng, 2.0, 20.0) if state == "oil_whirl" else 0.0
+        film, size = state, log_uniform(rng, 4.0, 20.0) if state == "oil_whirl" else 0.0
     shapes, probes = (1.0, own.uniform(0.4, 0.9)), []
     for end in range(len(machine.coordinates) // 2):
         details = machine.details(f"journal {end if state != 'rub' and label != 'rub' else 0}")

@@ -40,7 +40,7 @@ def loose_support(force: Floats, rate_hz: float, own_hz: float, rng: np.random.G
     own, damping = TURN * own_hz, 0.04
     linear = _linear_size(force, rate_hz, own, damping)
     knock = bool(rng.random() < 0.35)
-    lift, gap = linear * rng.uniform(0.0, 0.7), linear * rng.uniform(0.2, 0.8)
+    lift, gap = linear * rng.uniform(0.0, 0.5), linear * rng.uniform(0.2, 0.8)
     soft = rng.uniform(0.05, 0.45)
     return _support(force, 1 / rate_hz, own, damping, lift, gap, soft, knock)
 
@@ -52,8 +52,9 @@ def _linear_size(force: Floats, rate_hz: float, own: float, damping: float) -> f
 
 
 @njit(cache=True)
-def _whirl(angle, rate, noise, own, damping, swirl, hardening, eccentric, gap, offset, stiff, friction):
-    x = y = u = v = 0.0
+def _whirl(angle, rate, noise, own, damping, swirl, hardening, eccentric, gap, offset, stiff, friction, start):
+    y = u = v = 0.0
+    x = start
     n = angle.size
     out = np.zeros((4, n))
     step = 1.0 / rate
@@ -68,7 +69,8 @@ def _whirl(angle, rate, noise, own, damping, swirl, hardening, eccentric, gap, o
         r = np.sqrt(rx * rx + ry * ry)
         fx = fy = 0.0
         if r > gap:
-            push = stiff * own * own * (r - gap)
+            inward = -(rx * u + ry * v) / r
+            push = max(0.0, stiff * own * own * (r - gap) - 0.4 * np.sqrt(stiff) * own * inward)
             fx = -push * (rx - friction * ry) / r
             fy = -push * (ry + friction * rx) / r
         u += step * (ax + fx)
@@ -98,7 +100,7 @@ def journal(
     ratio, damping = own.uniform(0.55, 1.4), own.uniform(0.12, 0.3)  # stable while the ratio is under 1 / swirl
     rub_ratio = own.uniform(0.6, 3.2)
     if state == "oil_whirl":
-        ratio, damping = rng.uniform(1.02, 1.25) / swirl, rng.uniform(0.25, 0.5)
+        ratio, damping = rng.uniform(1.15, 1.5) / swirl, rng.uniform(0.3, 0.6)
     if state.startswith("rub"):
         ratio, damping, swirl = rub_ratio, own.uniform(0.03, 0.1), 0.1
     natural = TURN * speed_hz / ratio
@@ -106,20 +108,10 @@ def journal(
     hardening = 1 / (large * forced) ** 2 if state == "oil_whirl" else 0.02 / forced**2
     gap, offset = 1e9, 0.0
     if state == "rub":
-        offset = -forced * rng.uniform(0.2, 0.8)
-        gap = (forced - offset) * rng.uniform(0.75, 0.96)
+        # A seal that leans on the orbit from one side; a light touch at the orbit's edge would hardly show.
+        offset = -forced * rng.uniform(2.0, 6.0)
+        gap = forced * rng.uniform(-0.5, 0.8) - offset
     noise = rng.standard_normal((2, angle.size)) * natural**2 * forced * 0.02 * np.sqrt(rate_hz / natural)
-    return _whirl(
-        angle,
-        rate_hz,
-        noise,
-        natural,
-        damping,
-        swirl,
-        hardening,
-        1.0,
-        gap,
-        offset,
-        rng.uniform(5, 40),
-        rng.uniform(0.05, 0.3),
-    )
+    stiff, friction = rng.uniform(5, 40), rng.uniform(0.02, 0.08)
+    start = 0.3 * large * forced if state == "oil_whirl" else 0.0
+    return _whirl(angle, rate_hz, noise, natural, damping, swirl, hardening, 1.0, gap, offset, stiff, friction, start)

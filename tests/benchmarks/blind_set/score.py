@@ -131,9 +131,10 @@ def _remounting(rows: list[Row], faults: Sequence[str]) -> str:
         ill = [row for row in chosen if row.label in faults]
         sound = [row for row in chosen if row.label == "healthy"]
         place = "re-mounted" if moved else "as before"
+        alarms = _share(sound, lambda r: r.sure_and_wrong)
         out.append(
             f"| {place} | {len(ill)} | {_share(ill, lambda r: r.top == r.label)} "
-            f"| {_share(ill, lambda r: r.sure_and_wrong)} | {len(sound)} | {_share(sound, lambda r: r.sure_and_wrong)} |"
+            f"| {_share(ill, lambda r: r.sure_and_wrong)} | {len(sound)} | {alarms} |"
         )
     return "\n".join(out)
 
@@ -148,9 +149,8 @@ def _levels(rows: list[Row]) -> str:
         ratio = np.array([stated / max(true, 1e-9) for true, stated, *_ in levels])
         zones = np.mean([zone == "ABCD"[int(np.searchsorted(edges, true))] for true, _, zone, edges in levels])
         spread = ", ".join(f"{value:.3f}" for value in np.percentile(ratio, [1, 10, 50, 90, 99]))
-        out.append(
-            f"- Velocity stated over true, 1/10/50/90/99 %: {spread} ({len(levels)} channels); zone as the truth's: {zones:.1%}."
-        )
+        out.append(f"- Velocity stated over true, 1/10/50/90/99 %: {spread} ({len(levels)} channels).")
+        out.append(f"- Zone that the true velocity has: {zones:.1%}.")
     seconds = np.array([row.seconds for row in rows])
     recorded = sum(row.record_seconds * row.channels for row in rows)
     out.append(
