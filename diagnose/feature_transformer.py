@@ -19,7 +19,8 @@ class RecordingFeatures(TransformerMixin, BaseEstimator):
     Parameters
     ----------
     missing : float
-        What stands where a record cannot say; NaN by default, which scikit-learn's gradient boosting takes as it is.
+        What stands where a record cannot say; NaN by default. Estimators that refuse NaN, or a feature that is NaN in
+        every record (no gear, no bearing known), need a number here.
 
     Examples
     --------

@@ -71,3 +71,12 @@ def check_free(target: Path, *, force: bool) -> None:
         raise ReportFileError(f"Folder {target.parent} of report {target.name} does not exist. Make it first.")
     if target.exists() and not force:
         raise ReportFileError(f"Report {target} exists already. Choose another name, or allow overwriting (--force).")
+    if target.exists() and not _is_page(target):
+        raise ReportFileError(
+            f"{target} exists and is no HTML page: a report never replaces other data. Choose another name."
+        )
+
+
+def _is_page(target: Path) -> bool:
+    with target.open("rb") as file:
+        return file.read(512).lstrip().lower().startswith((b"<!doctype html", b"<html"))

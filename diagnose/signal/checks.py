@@ -141,7 +141,9 @@ def _coarse(signal: np.ndarray, name: str) -> list[DataCheck]:
         return []
     step = float(np.median(np.diff(steps))) if steps.size > 1 else 0.0
     deviation = float(signal.std())
-    if step < 0.5 * deviation:
+    # A tone locked to the sampling rate has few values however fine the steps are: it repeats exactly.
+    repeats = any(np.array_equal(signal[:800], signal[lag : lag + 800]) for lag in range(1, 201))
+    if step < 0.5 * deviation or repeats:
         return []
     message = f"{name}: resolution step {step:.3g} beside a vibration of {deviation:.3g} rms. Increase the gain."
     return [DataCheck("coarse", name, message, 0.5)]
