@@ -70,7 +70,7 @@ def draw_clock(rng: np.random.Generator, machine: Machine, rate_hz: float | None
         rate_hz = float(rng.choice(choices[:4] if machine.kind == "turbine" else choices))
     seconds = min(log_uniform(rng, 1.0, 20.0), 150e3 / rate_hz)
     lead = round(LEAD_SECONDS * rate_hz)
-    samples = fft.next_fast_len(round(seconds * rate_hz) + lead) - lead
+    samples = int(fft.next_fast_len(round(seconds * rate_hz) + lead) or 0) - lead
     return Clock(rate_hz, max(2, int(np.ceil(40000 / rate_hz))), samples)
 
 

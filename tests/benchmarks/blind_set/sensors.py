@@ -19,9 +19,9 @@ def remount_curve_db(rng: np.random.Generator) -> Floats:
 
 def coloured_noise(rng: np.random.Generator, samples: int, rate_hz: float, density: float, corner_hz: float) -> Floats:
     """Noise of a flat density (unit per root hertz) that rises as 1/f power below a corner."""
-    spectrum = fft.rfft(rng.standard_normal(samples) * density * np.sqrt(rate_hz / 2))
-    frequency = np.maximum(fft.rfftfreq(samples, 1 / rate_hz), 0.2)
-    return fft.irfft(spectrum * np.sqrt(1 + corner_hz / frequency), samples)
+    spectrum = np.asarray(fft.rfft(rng.standard_normal(samples) * density * np.sqrt(rate_hz / 2)))
+    frequency = np.maximum(np.fft.rfftfreq(samples, 1 / rate_hz), 0.2)
+    return np.asarray(fft.irfft(spectrum * np.sqrt(1 + corner_hz / frequency), samples))
 
 
 def housing_channels(

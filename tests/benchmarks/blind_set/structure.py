@@ -57,10 +57,10 @@ class Clock:
 
     @property
     def fine_time_s(self) -> Floats:
-        return np.arange(self.fine_samples) / self.fine_rate_hz
+        return np.arange(self.fine_samples, dtype=np.float64) / self.fine_rate_hz
 
     def frequencies_hz(self) -> Floats:
-        return fft.rfftfreq(self.samples + self.lead, 1 / self.rate_hz)
+        return np.asarray(np.fft.rfftfreq(self.samples + self.lead, 1 / self.rate_hz), dtype=np.float64)
 
 
 def draw_structure(rng: np.random.Generator, speed_hz: float) -> Structure:
@@ -87,7 +87,10 @@ def draw_structure(rng: np.random.Generator, speed_hz: float) -> Structure:
 def decimated_spectrum(force: Floats, clock: Clock) -> Spectra:
     """Spectrum of a finely sampled force, cut to the record's rate by a steep anti-alias filter."""
     # Single precision: its error, 120 dB down, is under every sensor's noise, and the transforms take most of the time.
-    full = fft.rfft(force.astype(np.float32), axis=-1)[..., : (clock.samples + clock.lead) // 2 + 1] / clock.factor
+    full = (
+        np.asarray(fft.rfft(force.astype(np.float32), axis=-1))[..., : (clock.samples + clock.lead) // 2 + 1]
+        / clock.factor
+    )
     roll = 1.0 / (1.0 + (clock.frequencies_hz() / (0.43 * clock.rate_hz)) ** 40)
     return (full * roll).astype(np.complex64)
 
@@ -113,7 +116,7 @@ def modal_responses(structure: Structure, clock: Clock) -> Spectra:
 
 def to_time(spectrum: Spectra, clock: Clock) -> Floats:
     """Time signals of the record, without the lead-in."""
-    return fft.irfft(spectrum, clock.samples + clock.lead, axis=-1)[..., clock.lead :]
+    return np.asarray(fft.irfft(spectrum, clock.samples + clock.lead, axis=-1))[..., clock.lead :]
 
 
 def velocity_spectrum(spectrum: Spectra, clock: Clock, low_hz: float = 3.0) -> Spectra:
