@@ -9,7 +9,7 @@ import numpy as np
 from .spectrum import averaged_power_density
 
 #: Codes of findings that spoil a channel for diagnosis; the others only warn.
-UNUSABLE = ("dead", "mostly missing")
+UNUSABLE = ("dead", "mostly missing", "out of range")
 
 
 @dataclass(frozen=True)
@@ -76,15 +76,18 @@ def check_channel(signal: np.ndarray, *, rate_hz: float, name: str) -> list[Data
 
 
 def _dropouts(signal: np.ndarray, name: str) -> list[DataCheck]:
-    """Find stretches held at one value in the middle of a moving signal."""
-    same = np.concatenate([[False], np.diff(signal) == 0, [False]])
-    edges = np.flatnonzero(np.diff(same.astype(np.int8)))
-    lengths = edges[1::2] - edges[::2]
+    """Find stretches held at one value in the middle of a moving signal.
+
+    A slow signal in steps is held as well, at its turning points: but it enters and leaves by one step.
+    """
+    moves = np.flatnonzero(np.diff(signal))
+    jumps = np.abs(signal[moves + 1] - signal[moves])
+    lengths = np.diff(moves) - 1
     low, high = np.percentile(signal, [0.5, 99.5])
-    starts = edges[::2]
-    inside = (signal[starts] > low) & (signal[starts] < high) if starts.size else np.empty(0, dtype=bool)
+    held = signal[moves[1:]]
+    abrupt = np.maximum(jumps[:-1], jumps[1:]) > 2.5 * jumps.min()
     typical = float(np.median(lengths)) if lengths.size else 0.0
-    long_stretches = inside & (lengths > max(30, 30 * typical))
+    long_stretches = abrupt & (held > low) & (held < high) & (lengths > max(30, 30 * typical))
     lost = int(lengths[long_stretches].sum())
     if lost < max(30, 0.001 * signal.size):
         return []
