@@ -43,12 +43,15 @@ def speed_from_tacho(
     -------
     estimate : SpeedEstimate
     times_s : numpy.ndarray, shape (pulses,)
-        Rising-edge times from the record's start, interpolated between samples.
+        Rising-edge times from the record's start, interpolated between samples; false pulses left out, missing ones
+        filled in.
 
     Notes
     -----
-    Edges are counted where the signal crosses from below 35 % to above 65 % of its 1-99.9 % range. A train counts
-    as pulses when there are three or more, and the range is far above the sample-to-sample noise.
+    Edges are counted where the signal crosses from below 35 % to above 65 % of its 0.1-99.9 % range, so that pulses
+    of either sign are found where they last longer than 1/1000 of the time; pulses that go down give the times of
+    their ends. A train counts as pulses when there are three or more, and the range is above 20 times the
+    sample-to-sample noise.
     """
     if pulses_per_revolution <= 0:
         raise InvalidValueError(
@@ -63,7 +66,8 @@ def speed_from_tacho(
     regular = np.abs(periods / typical - 1.0) < 0.5
     if regular.mean() < 0.5:
         return None
-    periods = periods[regular]
+    times = _repaired(times)
+    periods = np.diff(times)
     mean_period = float(periods.mean())
     speed = 1.0 / (mean_period * pulses_per_revolution)
     spread = float(periods.std() / mean_period / np.sqrt(periods.size)) if periods.size > 1 else 0.05
@@ -80,9 +84,28 @@ def speed_from_tacho(
     return estimate, times
 
 
+def _repaired(times: np.ndarray) -> np.ndarray:
+    """Return pulse times without false pulses and with missing ones filled in, judged by the periods nearby.
+
+    One wrong pulse would turn the shaft angle of everything after it.
+    """
+    periods = np.diff(times)
+    half = min(15, (periods.size - 1) // 2)
+    nearby = np.median(np.lib.stride_tricks.sliding_window_view(np.pad(periods, half, "reflect"), 2 * half + 1), axis=1)
+    kept = [float(times[0])]
+    for time, period, following in zip(times[1:], nearby, np.append(times[2:], np.inf), strict=True):
+        gap = time - kept[-1]
+        next_fits_better = abs(following - kept[-1] - period) < abs(gap - period)
+        if gap > 0.6 * period and not next_fits_better:
+            kept.extend(np.linspace(kept[-1], time, round(gap / period) + 1)[1:])
+    return np.array(kept)
+
+
 def pulse_times(signal: np.ndarray, *, rate_hz: float) -> np.ndarray:
     """Return interpolated rising-edge times in seconds, shape (pulses,); empty where there is no pulse train."""
-    low, high = np.percentile(signal, [1.0, 99.9])
+    if signal.size < 3:
+        return np.empty(0)
+    low, high = np.percentile(signal, [0.1, 99.9])
     noise = float(np.median(np.abs(np.diff(signal)))) / 0.954  # median |difference| of white noise is 0.954 sigma
     if high - low <= 20 * noise or high == low:
         return np.empty(0)
