@@ -75,8 +75,13 @@ class OperatingCondition:
     temperature_celsius: float | None = None
 
     def __post_init__(self) -> None:
-        if self.speed_rpm is not None and not (math.isfinite(self.speed_rpm) and self.speed_rpm >= 0):
-            raise InvalidValueError(f"Speed {self.speed_rpm} rpm; allowed: a finite number >= 0, or leave it out.")
+        if self.speed_rpm is not None and not (0 <= self.speed_rpm <= 1e6):
+            raise InvalidValueError(f"Speed {self.speed_rpm} rpm; allowed: 0 to 1e6, or leave it out.")
+
+
+def _check_ratio(ratio: float, what: str) -> None:
+    if not (math.isfinite(ratio) and 1e-3 <= ratio <= 1e3):
+        raise InvalidValueError(f"Shaft ratio {ratio} of a {what}; allowed: 0.001 to 1000.")
 
 
 @dataclass(frozen=True)
@@ -86,6 +91,9 @@ class MountedBearing:
     geometry: BearingGeometry
     location: str | None = None
     shaft_ratio: float = 1.0
+
+    def __post_init__(self) -> None:
+        _check_ratio(self.shaft_ratio, "bearing")
 
 
 @dataclass(frozen=True)
@@ -105,9 +113,10 @@ class GearPair:
     driver_ratio: float = 1.0
 
     def __post_init__(self) -> None:
+        _check_ratio(self.driver_ratio, "gear")
         for teeth in (self.driver_teeth, self.driven_teeth):
-            if teeth is not None and teeth < 4:
-                raise InvalidValueError(f"Gear with {teeth} teeth; allowed: 4 or more. Check --teeth.")
+            if teeth is not None and not 4 <= teeth <= 10_000:
+                raise InvalidValueError(f"{teeth} teeth on a gear; allowed: 4 to 10000. Check the number of teeth.")
 
     @property
     def mesh_order(self) -> float:
@@ -215,8 +224,8 @@ class Recording:
                 f"Signals of shape {self.signals.shape} with {len(self.channels)} channels; "
                 "allowed: shape (channels, samples)."
             )
-        if not (math.isfinite(self.rate_hz) and self.rate_hz > 0):
-            raise InvalidValueError(f"Sampling rate {self.rate_hz} Hz; allowed: a finite number above 0.")
+        if not 1e-3 <= self.rate_hz <= 1e9:
+            raise InvalidValueError(f"Sampling rate {self.rate_hz} Hz; allowed: 0.001 to 1e9 Hz.")
 
     @property
     def samples(self) -> int:

@@ -155,8 +155,8 @@ def read_sidecar(sidecar: Path | str, path: Path | str | None = None) -> Metadat
     """
     sidecar = Path(sidecar)
     try:
-        document = tomllib.loads(sidecar.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        document = tomllib.loads(sidecar.read_text(encoding="utf-8-sig"))
+    except (OSError, ValueError, RecursionError) as error:
         raise UnreadableFileError(f"{sidecar}: cannot be read as TOML ({error}). Correct it or remove it.") from error
     _check_keys(document, ("recording", "channel", "machine", "file"), sidecar, "top level")
     recording = dict(_table(document, "recording", _RECORDING, sidecar))

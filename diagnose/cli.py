@@ -14,7 +14,7 @@ import typer
 from . import cli_options as options
 
 _FILES_IN_FULL = 3  # more files than this are shown as one table
-_USAGE, _INTERRUPTED = 2, 130
+_USAGE, _OUTPUT, _INTERRUPTED = 2, 4, 130
 
 app = typer.Typer(
     add_completion=False,
@@ -88,10 +88,14 @@ def analyse(
 def demo(output: options.Output = Path("rotorwise-demo"), force: options.DemoForce = False) -> None:
     """Make an example machine with three faults, diagnose it and write the report."""
     from ..datasets.metadata import Metadata
-    from .demo import write_demo
+    from .demo import DemoFolderError, write_demo
     from .run import Request, run
 
-    files = write_demo(output, force=force)
+    try:
+        files = write_demo(output, force=force)
+    except DemoFolderError as problem:
+        typer.echo(f"rotorwise: {problem}", err=True)
+        raise typer.Exit(_OUTPUT) from None
     request = Request(
         files=tuple(files[1:]),
         metadata=Metadata(),
@@ -107,8 +111,13 @@ def main() -> None:
     """Run the command; errors of rotorwise become a message and an exit code, never a traceback."""
     from ..simulators.errors import RotorwiseError
 
+    for stream in (sys.stdout, sys.stderr):
+        # A file name that the terminal's character set lacks is shown with marks, not as a crash.
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")  # pyright: ignore[reportAttributeAccessIssue]
     try:
         app()
+        sys.stdout.flush()
     except RotorwiseError as problem:
         typer.echo(f"rotorwise: {problem}", err=True)
         sys.exit(_USAGE)
@@ -117,5 +126,14 @@ def main() -> None:
         sys.exit(_INTERRUPTED)
     except BrokenPipeError:
         # The reader of our output left (for example `| head`); nothing is wrong.
-        sys.stderr.close()
-        sys.exit(0)
+        _leave(0)
+    except OSError as problem:
+        typer.echo(f"rotorwise: output cannot be written: {problem.strerror or problem}.", err=True)
+        _leave(_OUTPUT)
+
+
+def _leave(code: int) -> None:
+    """Leave at once: flushing what cannot be written would raise again."""
+    import os
+
+    os._exit(code)

@@ -12,24 +12,26 @@ _SAME_SPEED = 0.05
 
 
 def comparable(now: Observation, baseline: Observation | None) -> bool:
-    """Return whether both turned at the same speed (within 5 %) with the same channels."""
+    """Return whether both turned at the same speed (within 5 %) with the same channels in the same quantities."""
     if baseline is None or now.speed is None or baseline.speed is None:
         return False
-    same_channels = [c.name for c in now.recording.channels] == [c.name for c in baseline.recording.channels]
-    return same_channels and abs(now.speed.speed_hz / baseline.speed.speed_hz - 1.0) < _SAME_SPEED
+    mine, theirs = ([(c.name, c.quantity) for c in one.recording.channels] for one in (now, baseline))
+    return mine == theirs and abs(now.speed.speed_hz / baseline.speed.speed_hz - 1.0) < _SAME_SPEED
 
 
 def order_change_db(now: Observation, baseline: Observation, order: float) -> np.ndarray:
     """Return the change of an order line in dB, shape (channels,).
 
-    Amplitudes below their noise floor count as the floor, so that noise never looks like a change.
+    Amplitudes below their noise floor count as the floor, and a line that is not significant has not risen, so that
+    noise never looks like a change.
     """
     changes = []
     for channel in range(now.channel_count):
         after, before = now.line(order, channel=channel), baseline.line(order, channel=channel)
         high = max(after.amplitude, after.noise_floor, 1e-300)
         low = max(before.amplitude, before.noise_floor, 1e-300)
-        changes.append(20 * np.log10(high / low))
+        change = 20 * np.log10(high / low)
+        changes.append(change if now.is_significant(after) else min(change, 0.0))
     return np.array(changes)
 
 

@@ -49,10 +49,11 @@ def write_demo(folder: Path, *, force: bool) -> list[Path]:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         sidecar = folder / "recording.toml"
-        if sidecar.exists() and not force:
-            raise DemoFolderError(
-                f"{sidecar} exists. Choose another folder, or pass --force to replace the demonstration."
-            )
+        ours = sidecar.exists() and sidecar.read_text(encoding="utf-8", errors="replace") == _SIDECAR
+        there = [name for name in (sidecar.name, "report.html", *_files()) if (folder / name).exists()]
+        if there and not (ours and force):
+            remedy = "pass --force to replace the demonstration" if ours else "it is not of a demonstration and stays"
+            raise DemoFolderError(f"{folder / there[0]} exists: {remedy}, or choose another folder.")
         sidecar.write_text(_SIDECAR, encoding="utf-8")
     except OSError as problem:
         raise DemoFolderError(
@@ -62,6 +63,10 @@ def write_demo(folder: Path, *, force: bool) -> list[Path]:
         write_csv(_recording(name, number), folder / f"{name}.csv", force=force)
         for number, name in enumerate(_MACHINES)
     ]
+
+
+def _files() -> list[str]:
+    return [f"{name}.csv" for name in _MACHINES]
 
 
 def _lines(**amplitudes: float) -> dict[float, float]:

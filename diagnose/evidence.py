@@ -14,6 +14,8 @@ from .result import FAULTS, Finding
 
 #: Findings below this are not shown: nothing evident.
 LEAST_PROBABILITY = 0.10
+#: Turns of the shaft that a record must have before any line is named.
+LEAST_TURNS = 10.0
 
 
 @cache
@@ -32,7 +34,7 @@ def judge(now: Observation, baseline: Observation | None = None) -> tuple[Findin
     baseline : Observation or None
         A record of the same machine when it was healthy; the change is judged then.
     """
-    if not now.turning:
+    if not now.turning or not now.turns >= LEAST_TURNS:
         # Whatever the sensor shows, it is not the machine running; only the measurement itself can be judged.
         return tuple(one for one in _collect(now, baseline) if one.fault == "sensor_fault")
     return tuple(_collect(now, baseline))
@@ -42,6 +44,9 @@ def _collect(now: Observation, baseline: Observation | None) -> list[Finding]:
     found: list[Finding] = []
     for rule in rules():
         found += rule.judge(now, baseline)
+    trust = 1.0 if now.speed is None or now.speed.method != "vibration" else now.speed.confidence
+    # Every line is named by the speed: where that is in doubt, so is the name.
+    found = [one if one.fault == "sensor_fault" else replace(one, probability=one.probability * trust) for one in found]
     return merged([one for one in found if one.probability >= LEAST_PROBABILITY])
 
 

@@ -9,7 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..datasets.recording import Recording
-from .evidence import LEAST_PROBABILITY
+from .evidence import LEAST_PROBABILITY, LEAST_TURNS
+from .notes import NO_ROTATION
+from .observe import TRUSTED_SPEED
 from .result import Analysis, Finding, Pictures, Severity, SpeedEstimate
 
 _WORDS = {
@@ -42,7 +44,8 @@ class BlockResult:
     recording: Recording
     samples: int
     speed: SpeedEstimate | None
-    turning: bool
+    state: str
+    turns: float
     findings: tuple[Finding, ...]
     severity: tuple[Severity, ...]
     refusal: str
@@ -67,18 +70,18 @@ def merge(path: str, blocks: Sequence[BlockResult], shown: Pictures) -> Analysis
     the faults, so only turning blocks are averaged where there are any.
     """
     first = blocks[0].recording
-    turning = [block for block in blocks if block.turning] or list(blocks)
+    turning = [block for block in blocks if block.state == "turning"] or list(blocks)
     findings = _findings(turning)
     severity = _severity(blocks)
     speed = _speed(turning)
     unexplained = _told_once([block.unexplained for block in turning])
     warnings = [*first.warnings, *_told_once([block.notes for block in blocks]), *unexplained]
     warnings += _passing(turning, findings)
-    is_turning = any(block.turning for block in blocks)
     samples = sum(block.samples for block in blocks)
+    turns = max(block.turns for block in turning)
     return Analysis(
         path=path,
-        verdict=verdict(findings, severity, turning=is_turning, speed=speed, unexplained=unexplained),
+        verdict=verdict(findings, severity, state=turning[0].state, speed=speed, turns=turns, unexplained=unexplained),
         findings=findings,
         severity=severity,
         severity_refusal="" if severity else blocks[0].refusal,
@@ -200,24 +203,32 @@ def verdict(
     findings: tuple[Finding, ...],
     severity: tuple[Severity, ...],
     *,
-    turning: bool,
+    state: str,
     speed: SpeedEstimate | None,
+    turns: float,
     unexplained: Sequence[str] = (),
 ) -> str:
     """Return the answer in a few sentences."""
-    if not turning:
-        return "The machine is not turning in this record: no diagnosis."
+    if state != "turning":
+        return f"{NO_ROTATION[state]} No diagnosis."
+    if speed is None:
+        return "The shaft speed is unknown, so no line can be named. Pass --speed."
     level = ""
-    if severity:
+    if severity and speed.confidence >= TRUSTED_SPEED:
+        # The band of the severity tables depends on the speed.
         worst = severity[0]
         level = f" Severity: zone {worst.zone} ({worst.value:.3g} {worst.unit}, {worst.standard})."
-    if speed is None:
-        return f"The shaft speed is unknown, so no line can be named.{level}"
+    if turns < LEAST_TURNS:
+        return (
+            f"The record is too short for a diagnosis: {turns:.1f} turns, at least {LEAST_TURNS:.0f} are needed.{level}"
+        )
     likely = [one for one in findings if one.probability >= _LIKELY]
     if likely:
         words = " and ".join(f"{_WORDS[one.fault]} ({one.probability:.0%})" for one in likely[:3])
         certainty = "Clear signs of" if likely[0].probability >= _SURE else "Probably"
         return f"{certainty} {words}.{level}"
+    if speed.method == "hint only":
+        level = f" The given speed is not confirmed by the vibration.{level}"
     rest = f" Not explained: {unexplained[0][0].lower()}{unexplained[0][1:]}" if unexplained else ""
     if findings:
         best = findings[0]

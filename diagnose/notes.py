@@ -10,6 +10,14 @@ from .faults.gear import attributions
 from .observe import Observation
 from .result import Finding
 
+#: What to say of a record in which no line can be named, by its state.
+NO_ROTATION = {
+    "at rest": "The machine is not turning: no line stands out of the sensor noise.",
+    "varying speed": "The speed changes so much within the record that no line stands still. Record a tacho too, or "
+    "take a steady stretch.",
+    "no rotation seen": "No rotation is visible: the machine is not turning, or its lines drown in noise.",
+    "no sensor": "No usable vibration channel.",
+}
 _SHORT_TURNS = 20
 _RISE_DB = 6.0
 _NOMINAL_ERROR = 0.02
@@ -18,10 +26,8 @@ _NOMINAL_ERROR = 0.02
 def notes(now: Observation, baseline: Observation | None) -> tuple[str, ...]:
     """Return the warnings of one block, most important first."""
     found = [check.message for check in now.checks if check.severity > 0]
-    if not now.channel_count:
-        return (*found, "No usable vibration channel.")
     if not now.turning:
-        return (*found, _not_turning(now))
+        return (*found, NO_ROTATION[now.state] + _level(now))
     found += _speed_doubts(now)
     if baseline is not None:
         found += _baseline_doubts(now, baseline)
@@ -43,12 +49,13 @@ def remarks(now: Observation) -> tuple[str, ...]:
     return (*attributions(now), *(check.message for check in now.checks if check.severity == 0))
 
 
-def _not_turning(now: Observation) -> str:
+def _level(now: Observation) -> str:
+    if not now.channel_count:
+        return ""
     rms = np.sqrt((now.recording.signals**2).mean(axis=1))
     loudest = int(np.argmax(rms))
     channel = now.recording.channels[loudest]
-    level = f"{rms[loudest]:.3g} {channel.unit or '(unit unknown)'} rms on {channel.name}"
-    return f"The machine is not turning: no line stands out of the noise ({level}). No diagnosis."
+    return f" Level: {rms[loudest]:.3g} {channel.unit or '(unit unknown)'} rms on {channel.name}."
 
 
 def _speed_doubts(now: Observation) -> list[str]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..datasets.recording import MountedBearing, Recording
+from ..simulators.errors import InvalidValueError
 from .result import Line, SpeedEstimate
 from .signal.checks import UNUSABLE, DataCheck, check_channel, repair
 from .signal.envelope import EnvelopeSpectrum, demodulation_bands, envelope_spectra
@@ -16,7 +17,11 @@ from .signal.speed import speed_from_tacho, speed_from_vibration
 
 _FALSE_ALARM = 1e-3  # chance that noise alone makes one significant line in a whole recording
 _LOWEST_CARRIER_ORDER = 20.0  # below it, envelopes beat between shaft lines instead of showing impacts
-_TRUSTED_SPEED = 0.5
+TRUSTED_SPEED = 0.5
+_LEAST_SAMPLES = 256
+_PIECES = 12
+#: Rms, in SI units, that sensors show on a machine at rest; a running machine moves more.
+_SENSOR_NOISE = {"acceleration": 0.1, "velocity": 5e-5, "displacement": 5e-7}
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +43,9 @@ class Observation:
         lines tested in one recording out of 1000.
     lines_tested : int
     order_tracked : bool
-    turning : bool
-        False when nothing in the record shows rotation.
+    state : str
+        ``"turning"``; ``"at rest"``: no line, and no more than sensor noise; ``"varying speed"``: lines that move
+        within the record and no tacho to follow them; ``"no rotation seen"``; ``"no sensor"``: no usable channel.
     zone : str or None
         Worst severity zone of the recording, where one could be stated.
     """
@@ -52,8 +58,18 @@ class Observation:
     significant_ratio: float
     lines_tested: int
     order_tracked: bool
-    turning: bool
+    state: str
     zone: str | None = None
+
+    @property
+    def turning(self) -> bool:
+        """Whether the record shows a machine turning steadily enough to name lines."""
+        return self.state == "turning"
+
+    @property
+    def turns(self) -> float:
+        """Length of the record in turns of the shaft; NaN without a speed."""
+        return self.recording.samples / self.recording.rate_hz * self.speed_hz
 
     @property
     def speed_hz(self) -> float:
@@ -142,7 +158,12 @@ def observe(recording: Recording) -> Observation:
     Observation
     """
     usable, checks = _usable(recording)
+    if recording.samples < _LEAST_SAMPLES:
+        raise InvalidValueError(
+            f"Record of {recording.samples} samples; allowed: {_LEAST_SAMPLES} or more. Give a longer record."
+        )
     speed, times = _tacho_speed(recording)
+    checks += _tacho_check(recording, times)
     bearings = tuple(
         order * one.shaft_ratio
         for one in recording.nameplate.bearings
@@ -158,11 +179,36 @@ def observe(recording: Recording) -> Observation:
             known_orders=meshes,
             bearing_orders=bearings,
         )
-    turning = speed is not None or _has_lines(usable)
-    if turning and hint and (speed is None or speed.confidence < _TRUSTED_SPEED):
+    state = "turning" if speed is not None or _has_lines(usable) else _state_without_lines(recording, usable)
+    if state == "turning" and hint and (speed is None or speed.confidence < TRUSTED_SPEED):
         speed = SpeedEstimate(hint / 60, hint / 60 * 0.97, hint / 60 * 1.03, 0.3, "hint only")
     tracked, order_tracked = _order_tracked(usable, speed, times, recording.pulses_per_revolution)
-    return _measure(tracked, speed, tuple(checks), order_tracked, turning)
+    return _measure(tracked, speed, tuple(checks), order_tracked, state)
+
+
+def _tacho_check(recording: Recording, times: np.ndarray | None) -> list[DataCheck]:
+    """Say so when a declared tacho gives no speed."""
+    names = [channel.name for channel in recording.channels if channel.quantity == "tacho"]
+    if not names or times is not None:
+        return []
+    message = f"{names[0]}: no pulse train in the tacho channel; the speed comes from elsewhere. Check --tacho."
+    return [DataCheck("tacho", names[0], message, 0.3)]
+
+
+def _state_without_lines(recording: Recording, usable: Recording) -> str:
+    """Return why no line stands out of the whole record."""
+    if not usable.channels:
+        return "no sensor"
+    rms = np.sqrt((usable.signals**2).mean(axis=1))
+    floors = [_SENSOR_NOISE.get(channel.quantity or "", 0.0) for channel in usable.channels]
+    if any(channel.quantity == "tacho" for channel in recording.channels) or bool((rms < floors).all()):
+        return "at rest"
+    pieces = np.array_split(usable.signals, _PIECES, axis=1)
+    if usable.samples >= 512 * _PIECES:
+        with_lines = sum(_has_lines(replace(usable, signals=piece)) for piece in pieces)
+        if with_lines >= _PIECES // 2:
+            return "varying speed"
+    return "no rotation seen"
 
 
 def _usable(recording: Recording) -> tuple[Recording, list[DataCheck]]:
@@ -200,7 +246,7 @@ def _has_lines(recording: Recording) -> bool:
     if not recording.channels:
         return False
     spectrum = spectrum_with_floor(recording.signals, rate_hz=recording.rate_hz, floor_width_hz=20.0)
-    return bool((spectrum.power_ratio[:, 2:] > np.log(spectrum.power_ratio.size / 1e-6)).any())
+    return bool((spectrum.power_ratio[:, 4:] > np.log(spectrum.power_ratio.size / 1e-6)).any())
 
 
 def _order_tracked(
@@ -227,15 +273,15 @@ def _measure(
     speed: SpeedEstimate | None,
     checks: tuple[DataCheck, ...],
     order_tracked: bool,
-    turning: bool,
+    state: str,
 ) -> Observation:
-    if not recording.channels or recording.samples < 256:
+    if not recording.channels:
         empty = Spectrum(
             np.linspace(0, 1, 16),
             np.zeros((len(recording.channels), 16)),
             np.ones((len(recording.channels), 16)),
         )
-        return Observation(recording, None, checks, empty, (), 1e9, 0, False, False)
+        return Observation(recording, None, checks, empty, (), 1e9, 0, False, state)
     width = 20.0 if speed is None else max(speed.speed_hz, 8.0)
     spectrum = spectrum_with_floor(recording.signals, rate_hz=recording.rate_hz, floor_width_hz=width)
     envelopes = () if speed is None else tuple(_envelopes(recording, speed.speed_hz))
@@ -249,7 +295,7 @@ def _measure(
         float(np.log(tested / _FALSE_ALARM)),
         tested,
         order_tracked,
-        turning,
+        state,
     )
 
 

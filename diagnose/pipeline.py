@@ -130,7 +130,7 @@ def _analyse_block(
     recording: Recording, records: list[Baseline], severity_table: str | None
 ) -> tuple[BlockResult, Observation, Baseline | None]:
     observation = observe(recording)
-    healthy = _nearest(observation, records)
+    healthy = _nearest(observation, [one for one in records if not _same_file(one.path, recording)])
     before = None if healthy is None else healthy.observation
     severity, refusal = assess(
         recording,
@@ -145,7 +145,8 @@ def _analyse_block(
         recording=replace(recording, signals=np.empty((len(recording.channels), 0))),
         samples=recording.samples,
         speed=observation.speed,
-        turning=observation.turning,
+        state=observation.state,
+        turns=observation.turns,
         findings=findings,
         severity=severity,
         refusal=refusal,
@@ -157,6 +158,12 @@ def _analyse_block(
         baseline_path=None if healthy is None else healthy.path,
     )
     return block, observation, healthy
+
+
+def _same_file(path: str, recording: Recording) -> bool:
+    """Return whether a baseline is the recording itself, which would explain every fault away."""
+    mine = recording.provenance.path
+    return mine is not None and Path(path).resolve() == Path(mine).resolve()
 
 
 def _nearest(observation: Observation, records: list[Baseline]) -> Baseline | None:

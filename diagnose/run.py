@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -12,10 +13,13 @@ from pathlib import Path
 
 from ..datasets.metadata import Metadata
 from ..datasets.reading import find_recordings
+from ..datasets.recording import Channel, OperatingCondition
+from ..datasets.units import parse_sensitivity, require_unit
 from ..simulators.errors import RotorwiseError
 from .pictures import for_folder
 from .pipeline import Baseline, analyse, read_baseline
 from .result import Analysis
+from .zones.table import find_table
 
 _DONE, _USAGE, _FILE_FAILED, _OUTPUT_FAILED = 0, 2, 3, 4
 _MANY_FILES = 8
@@ -48,6 +52,10 @@ def run(request: Request) -> int:
         except RotorwiseError as problem:
             return _say(problem, _OUTPUT_FAILED)
     try:
+        _check_options(request.metadata)
+    except RotorwiseError as problem:
+        return _say(problem, _USAGE)
+    try:
         paths, left_out = find_recordings(request.files, recursive=request.recursive)
         baselines = [
             read_baseline(one, metadata=request.metadata, sidecar=request.sidecar) for one in _baselines(request)
@@ -65,6 +73,20 @@ def run(request: Request) -> int:
     if request.report is not None and analyses:
         code = _write_report(request, analyses) or code
     return code
+
+
+def _check_options(metadata: Metadata) -> None:
+    """Find wrong options before any file is read."""
+    OperatingCondition(metadata.speed_rpm)
+    for unit in filter(None, metadata.units):
+        require_unit(unit)
+    for text in filter(None, metadata.sensitivities):
+        parse_sensitivity(text)
+    for direction in filter(None, metadata.directions):
+        Channel("option", direction=direction)
+    plate = metadata.nameplate
+    if metadata.severity_table:
+        find_table(metadata.severity_table, mounting=plate.mounting, power_kw=plate.power_kw)
 
 
 def _baselines(request: Request) -> list[Path]:
@@ -88,6 +110,18 @@ def _analyse_all(request: Request, paths: list[Path], baselines: list[Baseline])
                 failed += 1
                 message = str(problem)
                 print(f"rotorwise: {message if str(path) in message else f'{path}: {message}'}", file=sys.stderr)
+                continue
+            except (ArithmeticError, AttributeError, LookupError, MemoryError, OSError, TypeError, ValueError) as bug:
+                # One file that we do not handle must not cost the answers on all the others.
+                if os.environ.get("ROTORWISE_DEBUG"):
+                    raise
+                failed += 1
+                what = f"{type(bug).__name__}: {bug}".strip()[:200]
+                print(
+                    f"rotorwise: {path}: not analysed, a mistake of rotorwise ({what}). Please report it; "
+                    "ROTORWISE_DEBUG=1 shows where.",
+                    file=sys.stderr,
+                )
                 continue
             if request.report is None:
                 analysis = replace(analysis, pictures=replace(for_folder(analysis.pictures), spectra=(), envelopes=()))

@@ -6,19 +6,25 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
-from rich.markup import escape
+from rich.markup import escape as escape_markup
 from rich.table import Table
 from rich.text import Text
 
 from .result import Analysis
 
+_TRUSTED_SPEED = 0.8
 _ZONE_COLOUR = {"A": "green", "B": "green", "C": "yellow", "D": "red"}
+
+
+def escape(text: str) -> str:
+    """Return a text that neither markup nor control characters of a file name can disturb."""
+    return escape_markup("".join(one if one.isprintable() else "?" for one in text))
 
 
 def show(analysis: Analysis, console: Console) -> None:
     """Print one analysis: verdict, findings, severity, speed, warnings."""
     console.print()
-    console.print(Text(Path(analysis.path).name, style="bold underline"), soft_wrap=True)
+    console.print(f"[bold underline]{escape(Path(analysis.path).name)}[/]", soft_wrap=True)
     console.print(Text(analysis.verdict, style="bold"))
     if analysis.findings:
         console.print(_findings(analysis))
@@ -71,17 +77,28 @@ def _facts(analysis: Analysis) -> Table:
         table.add_row("severity", escape(analysis.severity_refusal))
     table.add_row(
         "record",
-        f"{analysis.duration_s:.3g} s at {analysis.rate_hz:g} Hz, channels {escape(_channels(analysis))}",
+        f"{_duration(analysis.duration_s)} at {analysis.rate_hz:g} Hz, channels {escape(_channels(analysis))}",
     )
     if analysis.baseline_path:
         table.add_row("baseline", escape(Path(analysis.baseline_path).name))
     return table
 
 
+def _duration(seconds: float) -> str:
+    return f"{seconds:.3g} s" if seconds < 600 else f"{seconds / 60:.1f} min"
+
+
 def _channels(analysis: Analysis) -> str:
     shown = ", ".join(analysis.channels[:6])
     rest = len(analysis.channels) - 6
     return shown if rest <= 0 else f"{shown} and {rest} more"
+
+
+def _speed(analysis: Analysis) -> str:
+    if analysis.speed is None:
+        return "-"
+    doubt = "" if analysis.speed.confidence >= _TRUSTED_SPEED else "?"
+    return f"{analysis.speed.speed_rpm:.0f}{doubt}"
 
 
 def show_overview(analyses: Sequence[Analysis], console: Console) -> None:
@@ -98,7 +115,7 @@ def show_overview(analyses: Sequence[Analysis], console: Console) -> None:
         zone = analysis.severity[0].zone if analysis.severity else "-"
         table.add_row(
             escape(Path(analysis.path).name),
-            "-" if analysis.speed is None else f"{analysis.speed.speed_rpm:.0f}",
+            _speed(analysis),
             f"[{_ZONE_COLOUR.get(zone, 'white')}]{zone}[/]",
             "nothing evident" if top is None else top.fault,
             "" if top is None else f"{top.probability:.0%}",
@@ -106,3 +123,5 @@ def show_overview(analyses: Sequence[Analysis], console: Console) -> None:
         )
     console.print()
     console.print(table)
+    if any(analysis.warnings for analysis in analyses):
+        console.print("[dim]? speed uncertain. The warnings stand in the report (--report) and in --json.[/]")

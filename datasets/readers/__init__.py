@@ -49,9 +49,12 @@ def read_head(path: Path) -> bytes:
     Raises
     ------
     UnreadableFileError
-        When it is missing, a folder, not permitted, or empty.
+        When it is missing, a folder, a pipe, not permitted, or empty.
     """
     try:
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            # Opening a pipe may wait for ever, and what is read from it once is gone.
+            raise UnreadableFileError(f"{path} is a pipe or a device. Save the data to a file first.")
         with path.open("rb") as handle:
             head = handle.read(HEAD_BYTES)
     except FileNotFoundError:

@@ -6,7 +6,9 @@ import numpy as np
 
 
 def rate_from_times(times_s: np.ndarray) -> tuple[float | None, tuple[str, ...]]:
-    """Return the mean sampling rate (n - 1) / (last - first) and warnings about the stamps.
+    """Return the sampling rate and warnings about the stamps.
+
+    The rate is (n - 1) / (last - first), or that of the nine steps in ten that agree where a few are broken.
 
     Parameters
     ----------
@@ -26,12 +28,26 @@ def rate_from_times(times_s: np.ndarray) -> tuple[float | None, tuple[str, ...]]
         warnings.append(f"{times_s.size - times.size} time stamps are missing or not numbers.")
     if times.size < 2 or not times[-1] > times[0]:
         return None, (*warnings, "The time column does not rise; the sampling rate cannot be taken from it.")
-    step = (times[-1] - times[0]) / (times.size - 1)
-    warnings.extend(_step_warnings(np.diff(times), step, float(times[0])))
+    steps = np.diff(times)
+    step = _typical_step(steps)
+    warnings.extend(_step_warnings(steps, step, float(times[0])))
     rate = float(1.0 / step)
     if round(rate) > 0 and abs(rate - round(rate)) < 1e-6 * rate:
         rate = float(round(rate))
     return rate, tuple(warnings)
+
+
+def _typical_step(steps: np.ndarray) -> float:
+    """Return the step to take the rate from: the mean, or the usual step where a few steps are broken.
+
+    A gap or a jump changes the mean, and every frequency with it. When nine steps in ten agree, those count.
+    """
+    mean = float(steps.mean())
+    usual = float(np.median(steps))
+    agree = np.abs(steps - usual) <= 0.02 * abs(usual)
+    if usual > 0 and 0.9 <= float(agree.mean()) < 1.0:
+        return float(steps[agree].mean())
+    return mean
 
 
 def _step_warnings(steps: np.ndarray, mean_step: float, first: float) -> list[str]:
@@ -47,7 +63,7 @@ def _step_warnings(steps: np.ndarray, mean_step: float, first: float) -> list[st
     gaps = steps > 3.0 * max(usual, mean_step)
     if gaps.any():
         found.append(
-            f"{int(gaps.sum())} gaps in the time stamps, the longest {float(steps.max()):.4g} s where "
+            f"Gaps in the time stamps ({int(gaps.sum())}), the longest {float(steps.max()):.4g} s where "
             f"{usual:.4g} s "
             "is usual; samples are missing there."
         )
@@ -57,7 +73,7 @@ def _step_warnings(steps: np.ndarray, mean_step: float, first: float) -> list[st
     if rest.size and float(np.max(np.abs(rest - np.median(rest)))) > allowed:
         found.append(
             f"Uneven time steps ({float(rest.min()):.4g} to {float(rest.max()):.4g} s); even sampling at "
-            "the mean rate is assumed."
+            "the mean rate is assumed, and every frequency depends on it."
         )
     return found
 

@@ -19,7 +19,7 @@ _RISE_THAT_COUNTS = 2.0  # a line counts against a baseline when it at least dou
 
 def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
     """Return looseness when several half orders stand out that no other shaft or bearing owns."""
-    if now.speed is None or not now.turning:
+    if not fractions_resolved(now):
         return []
     reference = baseline if comparable(now, baseline) else None
     lines = [line for order in _ORDERS if (line := strongest_line(now, reference, order)) is not None]
@@ -85,6 +85,16 @@ def owned_by_machine(now: Observation, order: float) -> bool:
     return any(abs(owner / order - 1.0) < 0.025 for owner in owners)
 
 
+def fractions_resolved(now: Observation) -> bool:
+    """Return whether the record can show fractional orders: the speed is confirmed and 40 turns separate the lines."""
+    return now.speed is not None and now.turning and now.turns >= 40 and now.speed.method != "hint only"
+
+
 def doubt_of_shafts(now: Observation) -> float:
-    """Return the factor 0.4 for a machine with a shaft of unknown speed, which may own any fraction; else 1."""
-    return 0.4 if any(gear.driven_teeth is None for gear in now.recording.nameplate.gears) else 1.0
+    """Return the factor for other owners of fractional orders.
+
+    0.4 for a machine with a shaft of unknown speed; half for a speed found without any hint, since lines at fractions
+    of it may just as well be multiples of the true one; else 1.
+    """
+    known = 1.0 if now.speed is None or now.speed.method != "vibration" else 0.5
+    return known * (0.4 if any(gear.driven_teeth is None for gear in now.recording.nameplate.gears) else 1.0)

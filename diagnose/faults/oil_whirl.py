@@ -9,11 +9,12 @@ from ..compare import comparable
 from ..observe import Observation
 from ..result import Finding
 from ..signal.spectrum import peak_near
+from .looseness import doubt_of_shafts, fractions_resolved
 
 
 def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
     """Return oil whirl when a strong line tracks just below half the speed and no rolling bearing is known."""
-    if now.speed is None or not now.turning or now.recording.nameplate.bearings:
+    if not fractions_resolved(now) or now.recording.nameplate.bearings:
         return []
     low, high = 0.40 * now.speed_hz, 0.485 * now.speed_hz
     best, index = None, 0
@@ -32,8 +33,7 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
     # Proximity probes mean journal bearings as a rule; elsewhere a belt, another shaft or a cage makes such lines too.
     journal = all(channel.quantity == "displacement" for channel in now.recording.channels)
     probability = (0.85 if journal else 0.4) * ratio / (ratio + (0.3 if journal else 0.5))
-    if now.recording.nameplate.gears:
-        probability *= 0.4
+    probability *= doubt_of_shafts(now)
     if baseline is not None and comparable(now, baseline):
         before = baseline.line_at(line.frequency_hz, channel=index, name="whirl", tolerance_hz=0.05 * now.speed_hz)
         if line.amplitude < 2 * max(before.amplitude, before.noise_floor):

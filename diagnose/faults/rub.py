@@ -9,7 +9,7 @@ from __future__ import annotations
 from ..compare import comparable
 from ..observe import Observation
 from ..result import Finding
-from .looseness import doubt_of_shafts, strongest_line
+from .looseness import doubt_of_shafts, fractions_resolved, strongest_line
 
 _FAMILIES = (("1/3X", (1 / 3, 2 / 3, 4 / 3, 5 / 3)), ("1/4X", (0.25, 0.75, 1.25, 1.75)))
 _PROBABILITY = {2: 0.25, 3: 0.45, 4: 0.60}
@@ -17,7 +17,7 @@ _PROBABILITY = {2: 0.25, 3: 0.45, 4: 0.60}
 
 def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
     """Return a rub when at least two lines of one fractional family stand out."""
-    if now.speed is None or not now.turning:
+    if not fractions_resolved(now):
         return []
     reference = baseline if comparable(now, baseline) else None
     best: Finding | None = None

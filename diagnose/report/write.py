@@ -44,7 +44,8 @@ def write_report(
     InvalidValueError, MissingAssetError
         See ``render_report``.
     """
-    target = Path(path)
+    # A link is followed, so that it stays a link.
+    target = Path(path).resolve()
     check_free(target, force=force)
     page = render_report(analyses, title=title)
     draft = target.with_name(f".{target.name}.{os.getpid()}.part")
@@ -63,20 +64,30 @@ def write_report(
 
 def check_free(target: Path, *, force: bool) -> None:
     """Raise ReportFileError when a report cannot go here: a folder, a missing folder, or an existing file."""
+    try:
+        exists = target.exists()
+    except OSError as problem:
+        raise ReportFileError(f"Report {target}: {problem.strerror or problem}. Choose another name.") from problem
     if target.is_dir():
         raise ReportFileError(
             f"Report {target} is a folder; allowed: a file. Add a file name, for example report.html."
         )
     if not target.parent.is_dir():
         raise ReportFileError(f"Folder {target.parent} of report {target.name} does not exist. Make it first.")
-    if target.exists() and not force:
+    if exists and not target.is_file():
+        raise ReportFileError(f"Report {target} is no regular file. Choose another name.")
+    if exists and not force:
         raise ReportFileError(f"Report {target} exists already. Choose another name, or allow overwriting (--force).")
-    if target.exists() and not _is_page(target):
+    if exists and not _is_page(target):
         raise ReportFileError(
             f"{target} exists and is no HTML page: a report never replaces other data. Choose another name."
         )
 
 
 def _is_page(target: Path) -> bool:
-    with target.open("rb") as file:
-        return file.read(512).lstrip().lower().startswith((b"<!doctype html", b"<html"))
+    try:
+        with target.open("rb") as file:
+            head = file.read(512)
+    except OSError:
+        return False
+    return head.lstrip().lower().startswith((b"<!doctype html", b"<html"))

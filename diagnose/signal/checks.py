@@ -8,6 +8,7 @@ import numpy as np
 
 from .spectrum import averaged_power_density
 
+_LARGEST = 1e30  # beyond it, and below its inverse, squares leave the number range
 #: Codes of findings that spoil a channel for diagnosis; the others only warn.
 UNUSABLE = ("dead", "mostly missing", "out of range")
 
@@ -67,6 +68,10 @@ def check_channel(signal: np.ndarray, *, rate_hz: float, name: str) -> list[Data
         if code == "mostly missing":
             return found
         signal = signal[finite]
+    largest = float(np.abs(signal).max(initial=0.0))
+    if largest > _LARGEST or 0.0 < largest < 1.0 / _LARGEST:
+        message = f"{name}: values up to {largest:.3g} are no measurement. Check unit, sensitivity and number format."
+        return [*found, DataCheck("out of range", name, message, 1.0)]
     if signal.size == 0 or float(np.ptp(signal)) == 0.0:
         found.append(DataCheck("dead", name, f"{name}: constant signal, no sensor or no cable.", 1.0))
         return found

@@ -20,6 +20,7 @@ _HARMONIC_SHOWS = np.array([0.9, 0.8, 0.7, 0.6, 0.5, 0.45, 0.4, 0.35, 0.3, 0.3, 
 _LINE_THRESHOLD = 12.0  # power over mean noise power of a peak that counts as a line: one noise bin in 160 000
 _HINT_SPREAD = 0.035  # standard deviation of true over nominal speed; real files are off by up to 7 %
 _CLEARLY_WORSE = 8.0  # log Bayes factor
+_FASTEST_USUAL_HZ = 61.0  # a two-pole motor on a 60 Hz supply
 _BEARING_SLIP = 0.016  # rolling elements slip 1-2 % against pure rolling
 _TYPICAL_SPEED_HZ, _SPEED_SPREAD = (
     27.0,
@@ -220,6 +221,10 @@ def speed_from_vibration(
         if scores[np.abs(candidates - other) < width].max() > scores.max() - _CLEARLY_WORSE:
             best, shows = other, unshared
     confidence = _confidence(candidates, scores, best, width, resolution)
+    if hint_hz is None:
+        confidence *= _comb_is_no_single_line(channels, best, orders, shows)
+        # The comb of a bearing is as regular as a shaft's: without a hint, a fast one may be either.
+        confidence *= 0.5 if best > _FASTEST_USUAL_HZ else 1.0
     if hint_hz is None and bearing_orders:
         # Near the speed found, lines that the bearing shares with the shaft would pull: look again without them.
         near_best = speed_from_vibration(
@@ -236,6 +241,12 @@ def _log_prior(candidates_hz: np.ndarray, hint_hz: float | None) -> np.ndarray:
     if hint_hz is not None:
         return -0.5 * ((candidates_hz / hint_hz - 1) / _HINT_SPREAD) ** 2
     return -0.5 * (np.log(candidates_hz / _TYPICAL_SPEED_HZ) / _SPEED_SPREAD) ** 2
+
+
+def _comb_is_no_single_line(channels: list[Peaks], speed_hz: float, orders: np.ndarray, shows: np.ndarray) -> float:
+    """Return how far several lines, not one, speak for a speed without a hint: 0 for one line, 0.86 for three."""
+    gains = np.max([_order_gains(peaks, np.array([speed_hz]), orders, shows)[0] for peaks in channels], axis=0)
+    return float(-np.expm1(1.0 - max(np.count_nonzero(gains > 0.7), 1)))
 
 
 def _confidence(

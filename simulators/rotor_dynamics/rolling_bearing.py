@@ -63,8 +63,8 @@ class BearingGeometry:
     confidence: str = ""
 
     def __post_init__(self) -> None:
-        if self.balls < 3:
-            raise InvalidValueError(f"Bearing has {self.balls} balls; allowed: 3 or more. Check the geometry.")
+        if not 3 <= self.balls <= 500:
+            raise InvalidValueError(f"Bearing has {self.balls} balls; allowed: 3 to 500. Check the geometry.")
         if not 0.0 < self.ball_diameter_m < self.pitch_diameter_m:
             raise InvalidValueError(
                 f"Ball diameter {self.ball_diameter_m} m with pitch diameter {self.pitch_diameter_m} m; allowed: "
@@ -72,7 +72,8 @@ class BearingGeometry:
             )
         if not 0.0 <= self.contact_angle_rad < math.pi / 2:
             raise InvalidValueError(
-                f"Contact angle {self.contact_angle_rad} rad; allowed: 0 to just under pi/2. Check the unit."
+                f"Contact angle {math.degrees(self.contact_angle_rad):.3g} deg; allowed: 0 to "
+                "just under 90. Check the unit."
             )
 
     def defect_orders(self) -> BearingOrders:
@@ -136,9 +137,10 @@ def find_bearing(designation: str) -> BearingGeometry:
     if wanted in catalogue:
         return catalogue[wanted]
     # Sealing, cage and clearance suffixes (6205-2RS/C3) do not change the inner geometry.
-    base = re.split(r"[-/ ]", designation.strip(), maxsplit=1)[0].upper()
-    if base.isdigit() and base in catalogue:
-        return catalogue[base]
+    # A maker's name in front (SKF 6205) does not either.
+    for word in re.split(r"[-/ ]", designation.strip().upper()):
+        if word.isdigit() and word in catalogue:
+            return catalogue[word]
     known = ", ".join(sorted({geometry.designation for geometry in catalogue.values()}))
     raise InvalidValueError(
         f"Bearing {designation!r} is not in the catalogue ({known}). Give its geometry instead: "

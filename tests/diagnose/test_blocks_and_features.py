@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from rotorwise.datasets import Metadata
 from rotorwise.datasets.metadata import parse_bearing
-from rotorwise.datasets.recording import Channel, GearPair, Nameplate, Recording
+from rotorwise.datasets.recording import Channel, GearPair, Nameplate, OperatingCondition, Recording
 from rotorwise.diagnose import analyse, analyse_recording, pipeline
 from rotorwise.diagnose.feature_transformer import RecordingFeatures
 from rotorwise.diagnose.features import FEATURES, feature_names, features
@@ -104,7 +104,7 @@ def test_phase_difference_of_two_channels() -> None:
     noise = np.random.default_rng(1).normal(0, 0.05, (2, time.size))
     signals = np.array([np.cos(angle), np.cos(angle - np.pi / 2)]) + noise
     channels = (Channel("h", "acceleration", None, "horizontal"), Channel("v", "acceleration", None, "vertical"))
-    values = features(observe(Recording(signals, 8000.0, channels)))
+    values = features(observe(Recording(signals, 8000.0, channels, OperatingCondition(1500.0))))
     assert values["1x_phase_difference"] == pytest.approx(-90.0, abs=2.0)
 
 

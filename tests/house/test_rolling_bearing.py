@@ -134,7 +134,7 @@ def test_unknown_bearing_lists_the_known_and_the_way_out():
         ((8, 0.04, 0.01), "order of the two numbers"),
         ((8, 0.0, 0.01), "0.0 m"),
         ((8, 0.01, 0.04, 15.0), "Check the unit"),
-        ((8, 0.01, 0.04, -0.1), "-0.1 rad"),
+        ((8, 0.01, 0.04, -0.1), "-5.73 deg"),
         ((8, math.nan, 0.04), "nan m"),
     ],
 )
