@@ -171,7 +171,7 @@ def observe(recording: Recording) -> Observation:
     )
     meshes = tuple(gear.mesh_order for gear in recording.nameplate.gears if gear.mesh_order < 60)
     hint = recording.condition.speed_rpm
-    if speed is None and hint != 0:
+    if speed is None and hint != 0 and usable.channels:
         speed = speed_from_vibration(
             usable.signals,
             rate_hz=usable.rate_hz,
@@ -253,7 +253,7 @@ def _order_tracked(
     recording: Recording, speed: SpeedEstimate | None, times: np.ndarray | None, pulses_per_revolution: float
 ) -> tuple[Recording, bool]:
     """Return the recording resampled to constant shaft angle, where a tacho shows that the speed varies."""
-    if speed is None or times is None or speed.variation < 5e-4:
+    if speed is None or times is None or speed.variation < 5e-4 or not recording.channels:
         return recording, False
     phase = phase_from_pulses(
         times,

@@ -130,14 +130,17 @@ def _analyse_block(
     recording: Recording, records: list[Baseline], severity_table: str | None
 ) -> tuple[BlockResult, Observation, Baseline | None]:
     observation = observe(recording)
-    healthy = _nearest(observation, [one for one in records if not _same_file(one.path, recording)])
+    others = [one for one in records if not _same_file(one.path, recording)]
+    healthy = _nearest(observation, others)
+    told = () if others or not records else ("The only baseline is the record itself; it is not used.",)
     before = None if healthy is None else healthy.observation
-    severity, refusal = assess(
-        recording,
-        speed_rpm=None if observation.speed is None else observation.speed.speed_rpm,
-        baseline=None if healthy is None else healthy.recording,
-        table=severity_table,
-    )
+    with np.errstate(over="ignore", invalid="ignore"):  # absurd values are told by the checks
+        severity, refusal = assess(
+            recording,
+            speed_rpm=None if observation.speed is None else observation.speed.speed_rpm,
+            baseline=None if healthy is None else healthy.recording,
+            table=severity_table,
+        )
     observation = replace(observation, zone=max((one.zone for one in severity), default=None))
     findings = evidence.judge(observation, before)
     block = BlockResult(
@@ -151,7 +154,7 @@ def _analyse_block(
         severity=severity,
         refusal=refusal,
         features=features(observation),
-        notes=notes(observation, before),
+        notes=(*told, *notes(observation, before)),
         unexplained=unexplained(observation, before, findings),
         remarks=remarks(observation),
         lines_tested=observation.lines_tested,

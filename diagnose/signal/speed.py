@@ -222,9 +222,7 @@ def speed_from_vibration(
             best, shows = other, unshared
     confidence = _confidence(candidates, scores, best, width, resolution)
     if hint_hz is None:
-        confidence *= _comb_is_no_single_line(channels, best, orders, shows)
-        # The comb of a bearing is as regular as a shaft's: without a hint, a fast one may be either.
-        confidence *= 0.5 if best > _FASTEST_USUAL_HZ else 1.0
+        confidence *= _trust_without_hint(channels, best, orders, shows)
     if hint_hz is None and bearing_orders:
         # Near the speed found, lines that the bearing shares with the shaft would pull: look again without them.
         near_best = speed_from_vibration(
@@ -243,10 +241,16 @@ def _log_prior(candidates_hz: np.ndarray, hint_hz: float | None) -> np.ndarray:
     return -0.5 * (np.log(candidates_hz / _TYPICAL_SPEED_HZ) / _SPEED_SPREAD) ** 2
 
 
-def _comb_is_no_single_line(channels: list[Peaks], speed_hz: float, orders: np.ndarray, shows: np.ndarray) -> float:
-    """Return how far several lines, not one, speak for a speed without a hint: 0 for one line, 0.86 for three."""
+def _trust_without_hint(channels: list[Peaks], speed_hz: float, orders: np.ndarray, shows: np.ndarray) -> float:
+    """Return how far a speed that no hint supports can be trusted: more with more lines, less beyond usual speeds.
+
+    A single line may be anything; and the comb of a bearing is as regular as a shaft's, so a fast one may be either.
+    """
     gains = np.max([_order_gains(peaks, np.array([speed_hz]), orders, shows)[0] for peaks in channels], axis=0)
-    return float(-np.expm1(1.0 - max(np.count_nonzero(gains > 0.7), 1)))
+    further = max(int(np.count_nonzero(gains > 0.7)) - 1, 0)
+    if speed_hz > _FASTEST_USUAL_HZ:
+        return 0.5 * (1.0 - 0.6 * float(np.exp(-further)))
+    return 1.0 - 0.3 * float(np.exp(-further))
 
 
 def _confidence(
