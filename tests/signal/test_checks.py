@@ -193,6 +193,11 @@ def test_impulsive_bearing_signals_raise_nothing(seed, resonance):
     assert codes(vibration(seed) + bearing(seed, resonance_hz=resonance)) == []
 
 
+@pytest.mark.parametrize("steps", [300, 3000, 30_000])
+def test_a_slow_sine_in_steps_rests_at_its_turning_points_and_has_no_dropouts(steps):
+    assert codes(np.round(steps * np.sin(2 * np.pi * np.arange(400_000) / 20_000))) == []
+
+
 def test_sixteen_bit_noise_of_a_few_steps_raises_nothing():
     assert codes(np.round(5 * noise(3, 200_000))) == []
 
