@@ -10,7 +10,7 @@ from rich.markup import escape as escape_markup
 from rich.table import Table
 from rich.text import Text
 
-from .result import Analysis
+from .result import Analysis, Severity
 
 _TRUSTED_SPEED = 0.8
 _ZONE_COLOUR = {"A": "green", "B": "green", "C": "yellow", "D": "red"}
@@ -61,18 +61,19 @@ def _facts(analysis: Analysis) -> Table:
             f"{speed.speed_rpm:.1f} rpm +- {half:.1f}, {escape(speed.method)}, confidence {speed.confidence:.0%}",
         )
     if analysis.severity:
-        for one in analysis.severity[:3]:
-            mark = "" if one.verified else " (unverified table)"
-            limits = " / ".join(f"{value:g}" for value in one.boundaries)
-            table.add_row(
-                "severity",
-                f"[{_ZONE_COLOUR.get(one.zone, 'white')}]zone {one.zone}[/]  {escape(one.channel)}: "
-                f"{one.value:.3g} {one.unit} ({escape(one.quantity)}); "
-                f"{escape(one.standard)}, {escape(one.table)}, limits {limits}{mark}",
-            )
-        note = analysis.severity[0].note
-        if note:
-            table.add_row("", f"[dim]{escape(note)}[/]")
+        worst, others = analysis.severity[0], analysis.severity[1:]
+        limits = " / ".join(f"{value:g}" for value in worst.boundaries)
+        mark = "" if worst.verified else " (unverified table)"
+        table.add_row(
+            "severity",
+            f"{_zone(worst)} ({escape(worst.quantity)}); {escape(worst.standard)}, {escape(worst.table)}, "
+            f"limits {limits}{mark}",
+        )
+        if worst.note:
+            table.add_row("", f"[dim]{escape(worst.note)}[/]")
+        if others:
+            rest = f" and {len(others) - 5} more" if len(others) > 5 else ""
+            table.add_row("", "; ".join(_zone(one) for one in others[:5]) + rest)
     elif analysis.severity_refusal:
         table.add_row("severity", escape(analysis.severity_refusal))
     table.add_row(
@@ -82,6 +83,11 @@ def _facts(analysis: Analysis) -> Table:
     if analysis.baseline_path:
         table.add_row("baseline", escape(Path(analysis.baseline_path).name))
     return table
+
+
+def _zone(one: Severity) -> str:
+    colour = _ZONE_COLOUR.get(one.zone, "white")
+    return f"[{colour}]zone {one.zone}[/] {escape(one.channel)} {one.value:.3g} {one.unit}"
 
 
 def _duration(seconds: float) -> str:
