@@ -12,8 +12,13 @@ _SAME_SPEED = 0.05
 
 
 def comparable(now: Observation, baseline: Observation | None) -> bool:
-    """Return whether both turned at the same speed (within 5 %) with the same channels in the same quantities."""
+    """Return whether both turned at the same speed (within 5 %), with the same channels in the same quantities.
+
+    A speed that the vibration does not confirm puts the lines in the wrong place: then nothing is compared.
+    """
     if baseline is None or now.speed is None or baseline.speed is None:
+        return False
+    if "hint only" in (now.speed.method, baseline.speed.method):
         return False
     mine, theirs = ([(c.name, c.quantity) for c in one.recording.channels] for one in (now, baseline))
     return mine == theirs and abs(now.speed.speed_hz / baseline.speed.speed_hz - 1.0) < _SAME_SPEED
@@ -56,6 +61,31 @@ def _band_floor(observation: Observation, edges: list[float]) -> np.ndarray:
         inside = (frequency >= low) & (frequency < high)
         columns.append(density[:, inside].mean(axis=1) if inside.any() else np.ones(density.shape[0]))
     return np.maximum(np.array(columns).T, 1e-300)
+
+
+def floor_rise_near(now: Observation, baseline: Observation, order: float) -> float:
+    """Return how much more the noise beside an order rose than the noise elsewhere, in dB, median of the channels.
+
+    A force raises a line; a resonance that moved to the line raises the noise beside it too.
+    """
+    speed = now.speed_hz
+    centres, change = floor_change_db(now, baseline)
+    if not centres.size:
+        return 0.0
+    near = [one.spectrum.frequency_hz for one in (now, baseline)]
+    levels = [
+        10
+        * np.log10(
+            np.maximum((one.spectrum.floor[:, (f > 0.6 * order * speed) & (f < 1.6 * order * speed)] ** 2), 1e-300)
+        )
+        for one, f in zip((now, baseline), near, strict=True)
+    ]
+    if not levels[0].size or not levels[1].size:
+        return 0.0
+    beside = levels[0].mean(axis=1) - levels[1].mean(axis=1)
+    # Densities, so that records of different length compare.
+    beside -= 10 * np.log10(now.spectrum.resolution_hz / baseline.spectrum.resolution_hz)
+    return float(np.median(beside - np.median(change, axis=1)))
 
 
 def path_changed(now: Observation, baseline: Observation) -> list[str]:

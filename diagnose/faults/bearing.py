@@ -298,10 +298,10 @@ def _ball_or_cage(findings: list[Finding], place: str) -> list[Finding]:
     as_ball = replace(
         shown,
         fault="bearing_ball",
-        probability=direct + 0.55 * shared,
+        probability=direct + 0.5 * shared,
         summary=shown.summary + (note if shown is cage else ""),
         rivals=("bearing_cage",),
         check=_CHECKS["bearing_ball"],
     )
-    as_cage = replace(cage, probability=0.45 * shared, summary=cage.summary + note, rivals=("bearing_ball",))
+    as_cage = replace(cage, probability=0.5 * shared, summary=cage.summary + note, rivals=("bearing_ball",))
     return [*others, as_ball, as_cage]

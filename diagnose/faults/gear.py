@@ -181,11 +181,15 @@ def _growth(now: Observation, family: Family, earlier: Family) -> Growth:
     old = {side.number: side for side in (earlier.found.carrier, *earlier.found.sidebands)}
 
     def change(numbers: range) -> float:
-        rises = [
-            20 * float(np.log10(max(side.amplitude, side.noise_floor) / max(was.amplitude, was.noise_floor, 1e-300)))
-            for side in (family.found.carrier, *family.found.sidebands)
-            if abs(side.number) in numbers and (was := old.get(side.number)) is not None
-        ]
+        rises = []
+        for side in (family.found.carrier, *family.found.sidebands):
+            was = old.get(side.number)
+            if abs(side.number) not in numbers or was is None:
+                continue
+            high, low = max(side.amplitude, side.noise_floor), max(was.amplitude, was.noise_floor, 1e-300)
+            rise = 20 * float(np.log10(max(high, 1e-300) / low))
+            # A risen floor (a bearing's impacts, cavitation) is no risen sideband.
+            rises.append(rise if side.power_ratio > now.significant_ratio else min(rise, 0.0))
         # A local defect lifts some sidebands more than others; the lift that scatter alone gives them is taken off.
         several = 0.0 if len(rises) < 3 else 0.67 * _REPEATABILITY_DB
         return float(np.percentile(rises, 75 if len(rises) >= 3 else 50)) - several if rises else 0.0

@@ -6,15 +6,16 @@ rubs", Chaos, Solitons and Fractals 5 (1995) 1683.
 
 from __future__ import annotations
 
-from dataclasses import replace
+import numpy as np
 
-from ..compare import comparable
+from ..compare import comparable, order_change_db
 from ..observe import Observation
-from ..result import Finding, Line
+from ..order_lines import doubt_of_shafts, fractions_resolved, long_comb, strongest_line
+from ..result import Finding
 
 _ORDERS = (0.5, 1.5, 2.5, 3.5, 4.5, 5.5)
 _PROBABILITY = {0: 0.0, 1: 0.04, 2: 0.15, 3: 0.35, 4: 0.50, 5: 0.60, 6: 0.65}
-_RISE_THAT_COUNTS = 2.0  # a line counts against a baseline when it at least doubled
+_CHECK = "Check bolts, bearing fits and foundation; watch these lines while a bolt is tightened."
 
 
 def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
@@ -23,6 +24,9 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
         return []
     reference = baseline if comparable(now, baseline) else None
     lines = [line for order in _ORDERS if (line := strongest_line(now, reference, order)) is not None]
+    comb = 0.0 if reference is None else long_comb(now, reference)
+    if comb > 0 and len(lines) < 2:
+        return [_from_comb(now, reference, comb)]
     if not lines:
         return []
     names = ", ".join(line.name for line in lines)
@@ -33,68 +37,24 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
             _PROBABILITY[len(lines)] * doubt_of_shafts(now),
             summary,
             tuple(lines),
-            "Check bolts, bearing fits and foundation; watch the half orders while a bolt is tightened.",
+            _CHECK,
             ("rub",),
         )
     ]
 
 
-def strongest_line(now: Observation, baseline: Observation | None, order: float) -> Line | None:
-    """Return the most prominent line at a fractional order over the channels, or None.
-
-    Lines that another shaft or a bearing owns do not count, nor lines that a baseline shows about as strong.
-    """
-    if owned_by_machine(now, order):
-        return None
-    best: Line | None = None
-    for channel in range(now.channel_count):
-        line = replace(now.line(order, channel=channel), expected_order=order)
-        if baseline is not None:
-            before = baseline.line(order, channel=channel)
-            line = replace(line, baseline_amplitude=before.amplitude)
-            if line.amplitude < _RISE_THAT_COUNTS * max(before.amplitude, before.noise_floor):
-                continue
-        if now.is_significant(line) and (best is None or line.signal_to_noise > best.signal_to_noise):
-            best = line
-    return best
-
-
-def owned_by_machine(now: Observation, order: float) -> bool:
-    """Return whether a known bearing, another shaft or a gear has a line within 2.5 % of this order."""
-    owners: list[float] = []
-    for bearing in now.recording.nameplate.bearings:
-        orders = bearing.geometry.defect_orders()
-        for base in (
-            orders.outer_race,
-            orders.inner_race,
-            orders.ball_spin,
-            2 * orders.ball_spin,
-            orders.cage,
-        ):
-            scaled = base * bearing.shaft_ratio
-            owners += [scaled * k for k in range(1, 5)] + [
-                abs(scaled - 1),
-                abs(scaled + 1),
-                abs(scaled - 2),
-                scaled + 2,
-            ]
-    for gear in now.recording.nameplate.gears:
-        for ratio in (gear.driver_ratio, gear.driven_ratio):
-            if ratio is not None and abs(ratio - 1.0) > 1e-6:
-                owners += [ratio * k for k in range(1, 15)]
-    return any(abs(owner / order - 1.0) < 0.025 for owner in owners)
-
-
-def fractions_resolved(now: Observation) -> bool:
-    """Return whether the record can show fractional orders: the speed is confirmed and 40 turns separate the lines."""
-    return now.speed is not None and now.turning and now.turns >= 40 and now.speed.method != "hint only"
-
-
-def doubt_of_shafts(now: Observation) -> float:
-    """Return the factor for other owners of fractional orders.
-
-    0.4 for a machine with a shaft of unknown speed; half for a speed found without any hint, since lines at fractions
-    of it may just as well be multiples of the true one; else 1.
-    """
-    known = 1.0 if now.speed is None or now.speed.method != "vibration" else 0.5
-    return known * (0.4 if any(gear.driven_teeth is None for gear in now.recording.nameplate.gears) else 1.0)
+def _from_comb(now: Observation, baseline: Observation | None, comb: float) -> Finding:
+    """Return what a long risen comb says; a strongly risen 1X makes harmonics too, without any looseness."""
+    assert baseline is not None
+    one = float(np.median(order_change_db(now, baseline, 1.0)))
+    probability = (0.3 if one > 10 else 0.6) * comb**2
+    lines = [strongest_line(now, baseline, float(order)) for order in range(4, 11)]
+    return Finding(
+        "looseness",
+        probability,
+        f"{comb:.0%} of the orders 4X to 10X at least tripled against the baseline, 1X {one:+.0f} dB: "
+        "the motion is cut off.",
+        tuple(line for line in lines if line is not None),
+        _CHECK,
+        ("rub",),
+    )

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from ..compare import comparable
 from ..observe import Observation
+from ..order_lines import doubt_of_shafts, fractions_resolved
 from ..result import Finding
 from ..signal.spectrum import peak_near
-from .looseness import doubt_of_shafts, fractions_resolved
 
 
 def judge(now: Observation, baseline: Observation | None) -> list[Finding]:

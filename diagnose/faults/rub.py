@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from ..compare import comparable
 from ..observe import Observation
+from ..order_lines import doubt_of_shafts, fractions_resolved, strongest_line
 from ..result import Finding
-from .looseness import doubt_of_shafts, fractions_resolved, strongest_line
 
 _FAMILIES = (("1/3X", (1 / 3, 2 / 3, 4 / 3, 5 / 3)), ("1/4X", (0.25, 0.75, 1.25, 1.75)))
 _PROBABILITY = {2: 0.25, 3: 0.45, 4: 0.60}

@@ -1,4 +1,4 @@
-"""Unbalance, misalignment and a bent shaft: the 1X, 2X and 3X lines of the shaft.
+"""Unbalance, misalignment, a bent shaft and a near resonance: the 1X, 2X and 3X lines of the shaft.
 
 How abnormal the lines are comes from the change against a baseline, or else from the severity zone; the pattern then
 shares that probability between the causes. No fixed ratio of 2X to 1X decides: on measured misaligned rigs it fails.
@@ -9,16 +9,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..compare import comparable, odds_of_rise, order_change_db, repeatability_db
+from ..compare import comparable, floor_rise_near, odds_of_rise, order_change_db, repeatability_db
 from ..observe import Observation
+from ..order_lines import long_comb, owned_by_machine
 from ..result import Finding, Line
 
 #: Chance that something is wrong with the shaft, by severity zone of the measurement; None: no zone known.
 _ABNORMAL = {"A": 0.03, "B": 0.10, "C": 0.50, "D": 0.80, None: 0.20}
 _PRIOR_OF_RISE = 0.15
+_STOPPED_DB = -20.0  # a 1X that fell so far belongs to a machine that is not running as it did
 _CHECKS = {
     "unbalance": "Check deposits, lost weights and the phase between bearings; balance with a trial weight.",
     "misalignment": "Check coupling alignment hot and cold, soft foot and pipe strain.",
+    "resonance": "Change the speed by 10 % or do a bump test at rest: a resonance stays where it is.",
     "bent_shaft": "Measure run-out with a dial gauge on slow roll; check phase between both ends axially.",
 }
 
@@ -90,56 +93,83 @@ def _judge_level(now: Observation) -> list[Finding]:
 
 
 def _judge_change(now: Observation, baseline: Observation) -> list[Finding]:
-    """Judge the change: 1X up in every radial direction is unbalance; 2X or 3X up alone is not."""
+    """Judge the change: a risen 1X is shared between its causes; 2X or 3X up without a long comb is misalignment."""
     scatter = repeatability_db(now, baseline)
     radial = now.radial_channels()
     change = {order: order_change_db(now, baseline, order) for order in (1.0, 2.0, 3.0)}
     one = float(np.median(change[1.0][radial]))
+    if one < _STOPPED_DB:
+        return []
+    rose = _probability_of_rise(one, scatter, typical_db=15.0, spread_db=8.0)
     share = float(np.median([now.velocity_share(1, channel=channel) for channel in radial]))
-    odds = (
-        odds_of_rise(one, repeatability=scatter, typical_db=15.0, spread_db=8.0) * _PRIOR_OF_RISE / (1 - _PRIOR_OF_RISE)
-    )
-    rose = odds / (1 + odds)
-    # Where 1X rose but little of the motion is 1X, something else drives it.
-    dominance = min(1.0, share / 0.5)
     text = ", ".join(
         f"{order:.0f}X {np.median(values[radial]):+.0f} dB ({values.min():+.0f} to {values.max():+.0f})"
         for order, values in change.items()
     )
     note = "; the transfer path changed too, so small changes mean nothing" if scatter > 5 else ""
     summary = f"Against the baseline {text}; 1X carries {share:.0%} of the radial velocity{note}."
+    causes = _causes_of_1x(now, baseline, change[1.0], share)
     findings = [
         Finding(
-            "unbalance",
-            rose * (0.55 + 0.40 * dominance),
+            fault,
+            rose * causes[fault],
             summary,
             _strongest_lines(now, baseline, (1.0,)),
-            _CHECKS["unbalance"],
-            ("bent_shaft",),
-        ),
-        Finding(
-            "bent_shaft",
-            rose * 0.04,
-            summary,
-            _strongest_lines(now, baseline, (1.0, 2.0)),
-            _CHECKS["bent_shaft"],
-            ("unbalance", "misalignment"),
-        ),
-    ]
-    # The largest of several channels' 2X and 3X, beyond what a risen 1X drags along.
-    dragged = max(one, 0.0)
-    harmonics = max(float(change[2.0].max()), float(change[3.0].max())) - dragged
-    best_of = float(np.sqrt(2 * np.log(2 * now.channel_count))) * 0.7
-    odds = odds_of_rise(harmonics - best_of * scatter, repeatability=scatter, typical_db=8.0, spread_db=6.0)
-    odds *= _PRIOR_OF_RISE / (1 - _PRIOR_OF_RISE)
-    findings.append(
-        Finding(
-            "misalignment",
-            0.7 * odds / (1 + odds),
-            summary,
-            _strongest_lines(now, baseline, (1.0, 2.0, 3.0)),
-            _CHECKS["misalignment"],
-            ("bent_shaft", "looseness"),
+            _CHECKS[fault],
+            tuple(other for other in ("unbalance", "bent_shaft", "resonance") if other != fault),
         )
-    )
+        for fault in ("unbalance", "bent_shaft", "resonance")
+    ]
+    harmonics = _risen_harmonics(now, change, max(one, 0.0), scatter)
+    comb = long_comb(now, baseline)
+    probability = 0.7 * _probability_of_rise(harmonics, scatter, typical_db=8.0, spread_db=6.0) * (1 - comb)
+    lines = _strongest_lines(now, baseline, (1.0, 2.0, 3.0))
+    rivals = ("bent_shaft", "looseness")
+    findings.append(Finding("misalignment", probability, summary, lines, _CHECKS["misalignment"], rivals))
     return findings
+
+
+def _probability_of_rise(change_db: float, scatter: float, *, typical_db: float, spread_db: float) -> float:
+    odds = odds_of_rise(change_db, repeatability=scatter, typical_db=typical_db, spread_db=spread_db)
+    odds *= _PRIOR_OF_RISE / (1 - _PRIOR_OF_RISE)
+    return odds / (1 + odds)
+
+
+def _causes_of_1x(now: Observation, baseline: Observation, change: np.ndarray, share: float) -> dict[str, float]:
+    """Return how a risen 1X is shared between unbalance, a bent shaft and a resonance; the rest is none of them.
+
+    Unbalance is by far the most frequent cause. An axial 1X that rose more than the radial one speaks for a bent shaft;
+    risen noise beside 1X, or one radial direction that rose alone, for a resonance that came near.
+    """
+    radial, axial = now.radial_channels(), now.axial_channels()
+    tilt = 0.0
+    if axial and len(axial) < now.channel_count:
+        tilt = float(np.median(change[axial]) - np.median(change[radial]))
+    noise = floor_rise_near(now, baseline, 1.0)
+    spread = float(np.ptp(change[radial])) if len(radial) > 1 else 0.0
+    weight = {
+        "unbalance": 0.80 * min(1.0, 0.5 + share),
+        "bent_shaft": 0.08 * float(np.exp(np.clip((tilt - 3) / 5, -2.0, 3.0))),
+        "resonance": 0.06 * float(np.exp(np.clip((noise - 3) / 3, -2.0, 3.0) + np.clip((spread - 15) / 10, -1.0, 1.5))),
+    }
+    total = sum(weight.values()) + 0.08
+    return {fault: value / total for fault, value in weight.items()}
+
+
+def _risen_harmonics(now: Observation, change: dict[float, np.ndarray], dragged: float, scatter: float) -> float:
+    """Return the largest rise of 2X and 3X beyond what a risen 1X drags along and what choosing the largest brings.
+
+    Orders that a bearing, another shaft or twice the line frequency own do not count.
+    """
+    usable = [order for order in (2.0, 3.0) if not owned_by_machine(now, order) and not _on_twice_line(now, order)]
+    if not usable:
+        return -np.inf
+    largest = max(float(change[order].max()) for order in usable) - dragged
+    return largest - 0.7 * scatter * float(np.sqrt(2 * np.log(len(usable) * now.channel_count + 1e-9)))
+
+
+def _on_twice_line(now: Observation, order: float) -> bool:
+    line_frequency = now.recording.nameplate.line_frequency_hz
+    if line_frequency is None:
+        return False
+    return abs(2 * line_frequency - order * now.speed_hz) < 3 * now.spectrum.resolution_hz
