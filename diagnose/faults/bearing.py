@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...datasets.recording import MountedBearing
-from ..compare import comparable, order_change_db
+from ..compare import comparable, order_change_db, path_changed
 from ..observe import Observation
 from ..result import Finding, Line
 from ..signal.envelope import EnvelopeSpectrum
@@ -21,6 +21,7 @@ from ..signal.spectrum import peak_near
 _SLIP = 0.02  # rolling elements slip up to 2 % against the kinematic order
 _SLIP_SPREAD = 0.01
 _EVEN_DEPTH = 0.4  # modulation depth at which a defect is as likely as not: a third or so of the energy in impacts
+_EVEN_EXCESS = 0.2  # the same against a baseline, whose own depth is taken off
 _STEEPNESS = 5.0
 # Impacts repeat in harmonics; the variable compliance of a healthy bearing is nearly a sine.
 _HARMONICS_FACTOR = {0: 0.5, 1: 0.5, 2: 1.0, 3: 1.5}
@@ -256,10 +257,10 @@ def _finding(
     if baseline is not None and baseline.speed is not None:
         before = strongest(baseline, evidence.rhythm, [])
         earlier = before.depth if before is not None else 0.0
-        # What the healthy machine shows already is its own; only the rest speaks for a defect.
+        # What the healthy machine shows is its own; only the rest speaks for a defect, and less of it is enough.
         excess = max(evidence.depth - earlier, 0.0)
-        odds *= defect_odds(excess) / defect_odds(evidence.depth)
-        odds /= _load_factor(now, baseline)
+        even = _EVEN_EXCESS * _load_factor(now, baseline)
+        odds *= (max(excess, 1e-6) / even) ** _STEEPNESS / defect_odds(evidence.depth)
         note = f" (baseline {earlier:.0%})"
     place = place_of(bearing)
     low, high = evidence.envelope.low_hz, evidence.envelope.high_hz
@@ -276,11 +277,15 @@ def _finding(
 
 
 def _load_factor(now: Observation, baseline: Observation) -> float:
-    """Return how much a risen 1X weakens the evidence: a rotating load of unbalance makes a sound bearing beat too."""
+    """Return how much more modulation means nothing where something else changed.
+
+    A risen 1X is a rotating load, which makes a sound bearing beat too; another way to the sensor shows other bands.
+    """
     if not comparable(now, baseline):
-        return 1.0
+        return 2.0
     rise = float(np.median(order_change_db(now, baseline, 1.0)[now.radial_channels()]))
-    return max(1.0, 10 ** (rise / 20) / 3)
+    other_path = 1.5 if path_changed(now, baseline) else 1.0
+    return other_path * (1.0 + max(10 ** (rise / 20) - 1.0, 0.0) / 5)
 
 
 def _ball_or_cage(findings: list[Finding], place: str) -> list[Finding]:
