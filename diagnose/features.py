@@ -38,6 +38,7 @@ FEATURES: tuple[Feature, ...] = (
     ),
     Feature("1x_velocity_share", "1", "share of 1X in the radial velocity energy, median of the channels"),
     Feature("2x_3x_velocity_share", "1", "share of 2X and 3X in the radial velocity energy, median"),
+    Feature("1x_phase", "deg", "lead of 1X on the first radial channel over the tacho pulse; NaN without a tacho"),
     Feature("1x_phase_difference", "deg", "phase of 1X on the second radial channel minus the first, -180 to 180"),
     Feature("sub_synchronous_share", "1", "share of 0.2X-0.8X in the velocity energy, largest of the channels"),
     Feature("axial_over_radial", "1", "1X-3X level of the axial over the radial channels; NaN without directions"),
@@ -129,6 +130,8 @@ def _shares(now: Observation) -> dict[str, float]:
     if axial is not None:
         values["axial_over_radial"] = axial
     radial = now.radial_channels()
+    if now.order_vectors is not None:
+        values["1x_phase"] = float(np.degrees(np.angle(now.order_vectors[radial[0], 0])))
     if len(radial) > 1:
         frequency = now.line(1.0, channel=radial[0]).frequency_hz
         turn = np.exp(-2j * np.pi * frequency * np.arange(now.recording.samples) / now.recording.rate_hz)

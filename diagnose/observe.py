@@ -11,7 +11,7 @@ from ..simulators.errors import InvalidValueError
 from .result import Line, SpeedEstimate
 from .signal.checks import UNUSABLE, DataCheck, check_channel, repair
 from .signal.envelope import EnvelopeSpectrum, demodulation_bands, envelope_spectra
-from .signal.order_tracking import angular_resample, phase_from_pulses
+from .signal.order_tracking import angular_resample, order_amplitudes, phase_from_pulses
 from .signal.spectrum import Spectrum, peak_near, spectrum_with_floor
 from .signal.speed import speed_from_tacho, speed_from_vibration
 
@@ -46,6 +46,8 @@ class Observation:
     state : str
         ``"turning"``; ``"at rest"``: no line, and no more than sensor noise; ``"varying speed"``: lines that move
         within the record and no tacho to follow them; ``"no rotation seen"``; ``"no sensor"``: no usable channel.
+    order_vectors : numpy.ndarray or None
+        Complex amplitudes of 1X, 2X and 3X against the tacho, shape (channels, 3); None without a tacho.
     zone : str or None
         Worst severity zone of the recording, where one could be stated.
     """
@@ -59,6 +61,7 @@ class Observation:
     lines_tested: int
     order_tracked: bool
     state: str
+    order_vectors: np.ndarray | None = None
     zone: str | None = None
 
     @property
@@ -182,8 +185,21 @@ def observe(recording: Recording) -> Observation:
     state = "turning" if speed is not None or _has_lines(usable) else _state_without_lines(recording, usable)
     if state == "turning" and hint and (speed is None or speed.confidence < TRUSTED_SPEED):
         speed = SpeedEstimate(hint / 60, hint / 60 * 0.97, hint / 60 * 1.03, 0.3, "hint only")
-    tracked, order_tracked = _order_tracked(usable, speed, times, recording.pulses_per_revolution)
-    return _measure(tracked, speed, tuple(checks), order_tracked, state)
+    phase = None if speed is None or times is None else _shaft_angle(usable, times, recording.pulses_per_revolution)
+    tracked, order_tracked = _order_tracked(usable, speed, phase)
+    observation = _measure(tracked, speed, tuple(checks), order_tracked, state)
+    if phase is None or not usable.channels:
+        return observation
+    vectors, _ = order_amplitudes(usable.signals, phase_turns=phase, orders=[1.0, 2.0, 3.0])
+    return replace(observation, order_vectors=vectors)
+
+
+def _shaft_angle(recording: Recording, times: np.ndarray, pulses_per_revolution: float) -> np.ndarray | None:
+    """Return the shaft angle in turns at every sample; None where false pulses make it fall."""
+    phase = phase_from_pulses(
+        times, samples=recording.samples, rate_hz=recording.rate_hz, pulses_per_revolution=pulses_per_revolution
+    )
+    return None if np.any(np.diff(phase) <= 0) else phase
 
 
 def _tacho_check(recording: Recording, times: np.ndarray | None) -> list[DataCheck]:
@@ -250,19 +266,13 @@ def _has_lines(recording: Recording) -> bool:
 
 
 def _order_tracked(
-    recording: Recording, speed: SpeedEstimate | None, times: np.ndarray | None, pulses_per_revolution: float
+    recording: Recording, speed: SpeedEstimate | None, phase: np.ndarray | None
 ) -> tuple[Recording, bool]:
     """Return the recording resampled to constant shaft angle, where a tacho shows that the speed varies."""
-    if speed is None or times is None or speed.variation < 5e-4 or not recording.channels:
+    if speed is None or phase is None or speed.variation < 5e-4 or not recording.channels:
         return recording, False
-    phase = phase_from_pulses(
-        times,
-        samples=recording.samples,
-        rate_hz=recording.rate_hz,
-        pulses_per_revolution=pulses_per_revolution,
-    )
     per_turn = int(recording.rate_hz / speed.speed_hz)
-    if per_turn < 8 or np.any(np.diff(phase) <= 0):
+    if per_turn < 8:
         return recording, False
     signals = angular_resample(recording.signals, phase_turns=phase, samples_per_turn=per_turn)
     return replace(recording, signals=signals, rate_hz=per_turn * speed.speed_hz), True

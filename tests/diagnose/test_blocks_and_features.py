@@ -108,6 +108,19 @@ def test_phase_difference_of_two_channels() -> None:
     assert values["1x_phase_difference"] == pytest.approx(-90.0, abs=2.0)
 
 
+def test_phase_against_the_tacho() -> None:
+    rate = 8000.0
+    time = np.arange(40_000) / rate
+    turns = 25.0 * time + 0.0137  # no pulse on a sample, none at the start
+    noise = np.random.default_rng(2).normal(0, 0.05, (1, time.size))
+    vibration = np.cos(2 * np.pi * turns + np.radians(40.0)) + noise
+    pulses = (turns % 1.0 < 0.1).astype(float)
+    channels = (Channel("x", "acceleration"), Channel("tacho", "tacho"))
+    values = features(observe(Recording(np.vstack([vibration, pulses]), rate, channels)))
+    # The edge of a pulse is known to half a sample: 0.6 degrees at this rate and speed.
+    assert values["1x_phase"] == pytest.approx(40.0, abs=1.5)
+
+
 def test_transformer_in_a_pipeline(make: Make) -> None:
     from sklearn.ensemble import HistGradientBoostingClassifier
     from sklearn.pipeline import make_pipeline
