@@ -129,5 +129,6 @@ def show_overview(analyses: Sequence[Analysis], console: Console) -> None:
         )
     console.print()
     console.print(table)
-    if any(analysis.warnings for analysis in analyses):
-        console.print("[dim]? speed uncertain. The warnings stand in the report (--report) and in --json.[/]")
+    marks = "? speed uncertain. " if any(_speed(one).endswith("?") for one in analyses) else ""
+    if marks or any(one.warnings for one in analyses):
+        console.print(f"[dim]{marks}The warnings stand in the report (--report) and in --json.[/]")
