@@ -10,7 +10,7 @@ PYTEST_ARGS ?=
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 
-.PHONY: demo test lint clean
+.PHONY: demo test test-oldest lint clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/stamp-run
@@ -24,8 +24,15 @@ lint: $(VENV)/stamp-lint
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright --pythonpath $(BIN)/python
 
+# The suite without the browser, with the oldest versions that pyproject.toml allows.
+test-oldest: $(VENV)/stamp-venv tests/oldest.txt pyproject.toml
+	rm -rf .venv-oldest
+	$(BIN)/python -m venv .venv-oldest
+	.venv-oldest/bin/python -m pip install --quiet --disable-pip-version-check -c tests/oldest.txt -e '.[test]'
+	.venv-oldest/bin/pytest -m "not browser" --ignore tests/benchmarks $(PYTEST_ARGS)
+
 clean:
-	rm -rf $(VENV) demo build *.egg-info .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) .venv-oldest demo build *.egg-info .pytest_cache .ruff_cache .hypothesis
 
 # A changed pyproject.toml is newer than the stamps and installs again.
 $(VENV)/stamp-run: pyproject.toml | $(VENV)/stamp-venv

@@ -60,10 +60,10 @@ def run(request: Request) -> int:
         baselines = [
             read_baseline(one, metadata=request.metadata, sidecar=request.sidecar) for one in _baselines(request)
         ]
-    except RotorwiseError as problem:
+    except (RotorwiseError, OSError) as problem:
         return _say(problem, _FILE_FAILED)
     for path in left_out:
-        print(f"rotorwise: {path}: not a recording that any reader knows; left out.", file=sys.stderr)
+        print(f"rotorwise: {path}: left out, no reader knows it or it cannot be opened.", file=sys.stderr)
     if not paths:
         print("rotorwise: no recording found. Name files, or pass --recursive for sub-folders.", file=sys.stderr)
         return _FILE_FAILED
@@ -201,6 +201,6 @@ def _write_report(request: Request, analyses: list[Analysis]) -> int:
     return _DONE
 
 
-def _say(problem: RotorwiseError, code: int) -> int:
+def _say(problem: Exception, code: int) -> int:
     print(f"rotorwise: {problem}", file=sys.stderr)
     return code
