@@ -116,6 +116,8 @@ def _time_statistics(signals: np.ndarray) -> dict[str, float]:
 def _orders(now: Observation) -> dict[str, float]:
     values = {"speed": now.speed_hz}
     for order, key in zip(_ORDERS, _ORDER_KEYS, strict=True):
+        if order * now.speed_hz > now.spectrum.frequency_hz[-2]:
+            continue
         lines = [now.line(order, channel=channel) for channel in range(now.channel_count)]
         values[f"{key}_amplitude"] = max(line.amplitude for line in lines)
         values[f"{key}_signal_to_noise"] = max(line.signal_to_noise for line in lines)
@@ -132,7 +134,8 @@ def _shares(now: Observation) -> dict[str, float]:
     radial = now.radial_channels()
     if now.order_vectors is not None:
         values["1x_phase"] = float(np.degrees(np.angle(now.order_vectors[radial[0], 0])))
-    if len(radial) > 1:
+    quantities = {now.recording.channels[channel].quantity for channel in radial[:2]}
+    if len(radial) > 1 and len(quantities) == 1:
         frequency = now.line(1.0, channel=radial[0]).frequency_hz
         turn = np.exp(-2j * np.pi * frequency * np.arange(now.recording.samples) / now.recording.rate_hz)
         window = np.hanning(now.recording.samples)

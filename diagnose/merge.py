@@ -177,7 +177,16 @@ def _told_once(told: Sequence[tuple[str, ...]]) -> list[str]:
 
 def _features(blocks: Sequence[BlockResult]) -> dict[str, float]:
     names = blocks[0].features
-    return {name: _median([block.features[name] for block in blocks]) for name in names}
+    return {
+        name: (_mean_angle if name.startswith("1x_phase") else _median)([block.features[name] for block in blocks])
+        for name in names
+    }
+
+
+def _mean_angle(values: list[float]) -> float:
+    """Return the mean direction of angles in degrees: -179 and 179 are 2 degrees apart, not opposite."""
+    finite = np.array([value for value in values if np.isfinite(value)])
+    return float(np.degrees(np.angle(np.exp(1j * np.radians(finite)).mean()))) if finite.size else float("nan")
 
 
 def _median(values: list[float]) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .compare import comparable, floor_change_db, path_changed
-from .faults.bearing import defect_odds
+from .faults.bearing import defect_odds, shaft_ratios
 from .faults.gear import attributions
 from .observe import Observation
 from .result import Finding
@@ -85,7 +85,10 @@ def _speed_doubts(now: Observation) -> list[str]:
 
 def _baseline_doubts(now: Observation, baseline: Observation) -> list[str]:
     if not comparable(now, baseline):
-        return ["The baseline has another speed (over 5 %) or other channels: its lines are not compared."]
+        return [
+            "The baseline has another speed (over 5 %), an unconfirmed one, or other channels: "
+            "its lines are not compared."
+        ]
     changed = path_changed(now, baseline)
     if not changed:
         return []
@@ -117,7 +120,10 @@ def _unknown_rhythm(now: Observation) -> list[str]:
     for envelope in now.envelopes:
         spectrum = envelope.spectrum
         order = spectrum.frequency_hz / now.speed_hz
-        inside = (order > 1.3) & (np.abs(order - np.rint(order)) > 0.04 + 1.5 * spectrum.resolution_hz / now.speed_hz)
+        inside = order > 1.3
+        for ratio in shaft_ratios(now):
+            distance = np.abs(order - ratio * np.rint(order / ratio))
+            inside &= distance > 0.04 * ratio + 1.5 * spectrum.resolution_hz / now.speed_hz
         depth = np.where(inside & (spectrum.power_ratio[0] > now.significant_ratio), spectrum.amplitude[0], 0.0)
         index = int(np.argmax(depth))
         if depth[index] > 0 and (best is None or depth[index] > best[0]):

@@ -20,6 +20,8 @@ _LOWEST_CARRIER_ORDER = 20.0  # below it, envelopes beat between shaft lines ins
 TRUSTED_SPEED = 0.5
 _LEAST_SAMPLES = 256
 _PIECES = 12
+_BINS_A_LINE = 8
+_STEADY = 1e-3  # relative change of speed below which lines stay sharp, and tacho edges cannot show more
 #: Rms, in SI units, that sensors show on a machine at rest; a running machine moves more.
 _SENSOR_NOISE = {"acceleration": 0.1, "velocity": 5e-5, "displacement": 5e-7}
 
@@ -104,7 +106,11 @@ class Observation:
         )
 
     def line_at(self, frequency_hz: float, *, channel: int, name: str, tolerance_hz: float) -> Line:
-        """Return the highest line within a tolerance of a frequency, one channel."""
+        """Return the highest line within a tolerance of a frequency, one channel; amplitude 0 beyond the spectrum."""
+        if frequency_hz - tolerance_hz > self.spectrum.frequency_hz[-2]:
+            unit = self.recording.channels[channel].unit
+            name_there = self.recording.channels[channel].name
+            return Line(name, name_there, frequency_hz, frequency_hz / self.speed_hz, 0.0, 1.0, unit)
         found, amplitude, floor = peak_near(self.spectrum, channel, frequency_hz, tolerance_hz=tolerance_hz)
         about = self.recording.channels[channel]
         return Line(name, about.name, found, found / self.speed_hz, amplitude, floor, about.unit)
@@ -127,9 +133,9 @@ class Observation:
         return 1.0 / omega
 
     def velocity_share(self, order: float, *, channel: int) -> float:
-        """Return the share of one order's line in the velocity energy from 0.3X (at least 5 Hz) to 1000 Hz."""
+        """Return the share of one order's line in the velocity energy from 0.3X to 1000 Hz."""
         frequency = self.spectrum.frequency_hz
-        low = max(0.3 * self.speed_hz, 5.0)
+        low = max(0.3 * self.speed_hz, 2.5 * self.spectrum.resolution_hz)
         inside = (frequency >= low) & (frequency <= max(1000.0, 10 * self.speed_hz))
         weighted = self.spectrum.amplitude[channel, inside] * self.velocity_factor(channel, frequency[inside])
         total = float((weighted**2).sum()) / 1.5  # a Hann line spreads over 1.5 bins of power
@@ -173,8 +179,8 @@ def observe(recording: Recording) -> Observation:
         for order in (one.geometry.defect_orders().outer_race, one.geometry.defect_orders().inner_race)
     )
     meshes = tuple(gear.mesh_order for gear in recording.nameplate.gears if gear.mesh_order < 60)
-    hint = recording.condition.speed_rpm
-    if speed is None and hint != 0 and usable.channels:
+    hint = recording.condition.speed_rpm or None  # 0 is how some files say that nobody filled it in
+    if speed is None and usable.channels:
         speed = speed_from_vibration(
             usable.signals,
             rate_hz=usable.rate_hz,
@@ -182,13 +188,16 @@ def observe(recording: Recording) -> Observation:
             known_orders=meshes,
             bearing_orders=bearings,
         )
+    if speed is not None and speed.method != "tacho" and speed.confidence < TRUSTED_SPEED and not _has_lines(usable):
+        speed = None  # a chance peak of noise is no comb
     state = "turning" if speed is not None or _has_lines(usable) else _state_without_lines(recording, usable)
     if state == "turning" and hint and (speed is None or speed.confidence < TRUSTED_SPEED):
         speed = SpeedEstimate(hint / 60, hint / 60 * 0.97, hint / 60 * 1.03, 0.3, "hint only")
     phase = None if speed is None or times is None else _shaft_angle(usable, times, recording.pulses_per_revolution)
     tracked, order_tracked = _order_tracked(usable, speed, phase)
     observation = _measure(tracked, speed, tuple(checks), order_tracked, state)
-    if phase is None or not usable.channels:
+    # With several pulses a turn, which of them came first is chance, and so would be the phase.
+    if phase is None or not usable.channels or recording.pulses_per_revolution != 1:
         return observation
     vectors, _ = order_amplitudes(usable.signals, phase_turns=phase, orders=[1.0, 2.0, 3.0])
     return replace(observation, order_vectors=vectors)
@@ -269,7 +278,7 @@ def _order_tracked(
     recording: Recording, speed: SpeedEstimate | None, phase: np.ndarray | None
 ) -> tuple[Recording, bool]:
     """Return the recording resampled to constant shaft angle, where a tacho shows that the speed varies."""
-    if speed is None or phase is None or speed.variation < 5e-4 or not recording.channels:
+    if speed is None or phase is None or speed.variation < _STEADY or not recording.channels:
         return recording, False
     per_turn = int(recording.rate_hz / speed.speed_hz)
     if per_turn < 8:
@@ -295,7 +304,7 @@ def _measure(
     width = 20.0 if speed is None else max(speed.speed_hz, 8.0)
     spectrum = spectrum_with_floor(recording.signals, rate_hz=recording.rate_hz, floor_width_hz=width)
     envelopes = () if speed is None else tuple(_envelopes(recording, speed.speed_hz))
-    tested = 60 * len(recording.channels) + 12 * max(len(recording.nameplate.bearings), 1) * 8 * len(envelopes)
+    tested = _lines_tested(recording, spectrum, envelopes, speed)
     return Observation(
         recording,
         speed,
@@ -307,6 +316,22 @@ def _measure(
         order_tracked,
         state,
     )
+
+
+def _lines_tested(
+    recording: Recording, spectrum: Spectrum, envelopes: tuple[EnvelopeSpectrum, ...], speed: SpeedEstimate | None
+) -> int:
+    """Return how many bins the rules look at; several bins a line, since each is looked for around its place."""
+    plate = recording.nameplate
+    per_channel = 60 * _BINS_A_LINE + 2 * 3 * 13 * _BINS_A_LINE * len(plate.gears)
+    tested = per_channel * len(recording.channels)
+    if speed is not None:
+        # The rhythms of a bearing sum up to about twice its balls, with the second harmonic, within 2 % slip each way.
+        orders = sum(4.0 * one.geometry.balls * one.shaft_ratio for one in plate.bearings)
+        for envelope in envelopes:
+            window = 0.04 * orders * speed.speed_hz / envelope.spectrum.resolution_hz
+            tested += int(window) + 12 * _BINS_A_LINE * len(plate.bearings)
+    return max(tested, 1)
 
 
 def _envelopes(recording: Recording, speed_hz: float) -> list[EnvelopeSpectrum]:

@@ -65,7 +65,8 @@ def owned_by_machine(now: Observation, order: float) -> bool:
     for gear in now.recording.nameplate.gears:
         for ratio in (gear.driver_ratio, gear.driven_ratio):
             if ratio is not None and abs(ratio - 1.0) > 1e-6:
-                owners += [ratio * k for k in range(1, 15)]
+                # Whole orders are the reference shaft's own, whatever else falls on them.
+                owners += [ratio * k for k in range(1, 15) if abs(ratio * k - round(ratio * k)) > 1e-6]
     return any(abs(owner / order - 1.0) < 0.025 for owner in owners)
 
 

@@ -42,7 +42,7 @@ class Line:
     amplitude : float
         Peak amplitude in ``unit`` (a spectrum's sine amplitude, or the envelope's).
     noise_floor : float
-        Median amplitude of the neighbouring noise, same unit.
+        Root of the local mean noise power, same unit.
     unit : str or None
         None when the channel's unit is unknown.
     spectrum : str
@@ -204,7 +204,7 @@ class Pictures:
     order_map : dict or None
         ``{"time_s": [t], "order_or_hz": [f], "level_db": [f][t], "axis": "order"|"Hz", "channel": name}``.
     orbit : dict or None
-        ``{"x": [...], "y": [...], "unit": "um", "channels": [a, b]}`` for two displacement channels.
+        ``{"x": [...], "y": [...], "unit": "m", "channels": [a, b]}`` for two displacement channels.
     """
 
     spectra: tuple[Curve, ...] = ()

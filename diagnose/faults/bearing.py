@@ -180,7 +180,7 @@ def _sidebands(
     for harmonic in (1, 2):
         for side in (-1, 1):
             wanted = harmonic * frequency_hz + side * (rhythm.modulator or 0.0) * now.speed_hz
-            modulator = "1X" if rhythm.fault == "bearing_inner_race" else "FTF"
+            modulator = f"{rhythm.modulator or 0:g}X" if rhythm.fault == "bearing_inner_race" else "FTF"
             name = f"{harmonic} x {rhythm.label} {'-' if side < 0 else '+'} {modulator}"
             line = _envelope_line(now, envelope, wanted, name, rhythm, None)
             if line is None or line.signal_to_noise**2 < now.significant_ratio:
@@ -221,22 +221,33 @@ def _envelope_line(
 def _belongs_elsewhere(
     now: Observation, envelope: EnvelopeSpectrum, frequency_hz: float, taken: list[RhythmEvidence]
 ) -> bool:
-    """Return whether a line is a multiple of the shaft speed or part of a deeper rhythm's family."""
+    """Return whether a line is a multiple of a shaft's speed or part of a deeper rhythm's family."""
     speed = now.speed
     assert speed is not None
     resolution = envelope.spectrum.resolution_hz
-    multiple = round(frequency_hz / speed.speed_hz)
-    doubt = multiple * (speed.high_hz - speed.low_hz) / 4
-    if multiple >= 1 and abs(frequency_hz - multiple * speed.speed_hz) < 0.7 * resolution + min(doubt, resolution):
-        return True
+    relative_doubt = (speed.high_hz - speed.low_hz) / 4 / speed.speed_hz
+    for ratio in shaft_ratios(now):
+        shaft = ratio * speed.speed_hz
+        multiple = round(frequency_hz / shaft)
+        doubt = min(relative_doubt * frequency_hz, resolution)
+        if multiple >= 1 and abs(frequency_hz - multiple * shaft) < 0.7 * resolution + doubt:
+            return True
     for other in taken:
         for harmonic in range(0, 7):
             remainder = abs(frequency_hz - harmonic * other.frequency_hz)
             shafts = round(remainder / speed.speed_hz)
-            close = abs(remainder - shafts * speed.speed_hz) < 1.5 * resolution + shafts * doubt / max(multiple, 1)
+            close = abs(remainder - shafts * speed.speed_hz) < resolution * 1.5 + relative_doubt * remainder
             if close and shafts <= 3 and (harmonic or shafts):
                 return True
     return False
+
+
+def shaft_ratios(now: Observation) -> list[float]:
+    """Return the speeds of all known shafts over the reference speed: a broken tooth strikes at its own shaft's."""
+    ratios = [1.0]
+    for gear in now.recording.nameplate.gears:
+        ratios += [ratio for ratio in (gear.driver_ratio, gear.driven_ratio) if ratio is not None]
+    return list(dict.fromkeys(ratios))
 
 
 def defect_odds(depth: float) -> float:
@@ -254,7 +265,9 @@ def _finding(
     odds = evidence.odds * crowd
     lines = evidence.lines
     note = ""
-    if baseline is not None and baseline.speed is not None:
+    own = now.recording.channels[evidence.envelope.channel].name
+    if baseline is not None and baseline.speed is not None and own in _names(baseline):
+        # A baseline without this sensor says nothing of it. The best of all channels is compared with the best of all.
         before = strongest(baseline, evidence.rhythm, [])
         earlier = before.depth if before is not None else 0.0
         # What the healthy machine shows is its own; only the rest speaks for a defect, and less of it is enough.
@@ -274,6 +287,10 @@ def _finding(
     if evidence.depth < _EVEN_DEPTH:
         summary += " Shallow: a healthy loaded bearing can do this too."
     return Finding(evidence.rhythm.fault, odds / (1 + odds), summary, lines, _CHECKS[evidence.rhythm.fault])
+
+
+def _names(observation: Observation) -> list[str]:
+    return [channel.name for channel in observation.recording.channels]
 
 
 def _load_factor(now: Observation, baseline: Observation) -> float:

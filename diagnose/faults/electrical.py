@@ -1,4 +1,4 @@
-"""Electrical excitation of a motor: twice the line frequency, with pole-pass sidebands for broken rotor bars.
+"""Electrical excitation of a motor: twice the line frequency.
 
 Reference: W. T. Thomson and M. Fenger, IEEE Ind. Appl. Mag. 7 (2001) 26.
 """
@@ -21,6 +21,8 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
     if line_frequency is None or now.speed is None or not now.turning:
         return []
     twice = 2 * line_frequency
+    if now.order_tracked and now.speed.variation * twice > now.spectrum.resolution_hz:
+        return []  # at constant shaft angle a fixed frequency is smeared
     nearest = max(round(twice / now.speed_hz), 1) * now.speed_hz
     if abs(nearest - twice) < 2.5 * now.spectrum.resolution_hz:
         return []

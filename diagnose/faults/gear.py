@@ -53,7 +53,7 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
 def shafts(gear: GearPair) -> list[tuple[str, float]]:
     """Return name and speed ratio of both shafts; of one only when the other's teeth are unknown."""
     found = [(f"{gear.driver_teeth}-tooth gear", gear.driver_ratio)]
-    if gear.driven_ratio is not None:
+    if gear.driven_ratio is not None and abs(gear.driven_ratio / gear.driver_ratio - 1.0) > 1e-6:
         found.append((f"{gear.driven_teeth}-tooth gear", gear.driven_ratio))
     return found
 
@@ -117,7 +117,8 @@ def _judge_pair(now: Observation, baseline: Observation | None, gear: GearPair) 
         if not lines:
             continue
         # The typical index over mesh harmonics and channels: a single one is ruled by the transfer path.
-        index = float(np.median([one.found.modulation_index for one in mine]))
+        carried = [one for one in mine if one.found.carrier.power_ratio > now.significant_ratio]
+        index = float(np.median([one.found.modulation_index for one in carried])) if carried else 0.0
         pairs = float(np.median([_significant_pairs(now, one) for one in mine]))
         summary = (
             f"Sidebands at {ratio * now.speed_hz:.2f} Hz, the speed of the {name}, round the mesh at "
@@ -132,7 +133,7 @@ def _judge_pair(now: Observation, baseline: Observation | None, gear: GearPair) 
         ):
             rival = "gear_tooth_fault" if fault == "gear_eccentricity" else "gear_eccentricity"
             findings.append(Finding(fault, probability, summary, lines, _CHECKS[fault], (rival,)))
-    return findings
+    return _best_of_each(findings)
 
 
 def _significant_pairs(now: Observation, family: Family) -> int:
@@ -213,6 +214,8 @@ def _judge_growth(now: Observation, baseline: Observation, gear: GearPair, curre
         # Largest of several families: each figure joins a few lines, so it scatters about half as much as one line.
         price = 0.35 * _REPEATABILITY_DB * float(np.sqrt(2 * np.log(len(grown))))
         first, wide, mesh = (_posterior(value - price) for value in (best.first, best.wide, best.mesh))
+        # Run-out lifts the first pair most; one bad tooth lifts many pairs alike.
+        local = 1.0 / (1.0 + float(np.exp((best.first - best.wide) / 4)))
         lines = _with_baseline(_lines(now, [best.family]), baseline)
         summary = (
             f"Against the baseline, on {now.recording.channels[best.family.channel].name} round "
@@ -222,8 +225,8 @@ def _judge_growth(now: Observation, baseline: Observation, gear: GearPair, curre
             f"sidebands 2-{_PAIRS} {best.wide:+.0f} dB."
         )
         for fault, probability in (
-            ("gear_tooth_fault", 0.85 * wide),
-            ("gear_eccentricity", 0.85 * first * (1 - wide)),
+            ("gear_tooth_fault", 0.8 * max(first, wide) * local),
+            ("gear_eccentricity", 0.8 * max(first, wide) * (1 - local)),
             ("gear_wear", 0.8 * mesh * (1 - 0.7 * max(first, wide))),
         ):
             findings.append(Finding(fault, probability, summary, lines, _CHECKS[fault]))

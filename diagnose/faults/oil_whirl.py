@@ -20,6 +20,8 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
     best, index = None, 0
     for channel in range(now.channel_count):
         found, _, _ = peak_near(now.spectrum, channel, 0.5 * (low + high), tolerance_hz=0.5 * (high - low))
+        if abs(found - 0.5 * now.speed_hz) < 3 * now.spectrum.resolution_hz:
+            continue  # the skirt of a half-order line
         line = now.line_at(found, channel=channel, name="whirl", tolerance_hz=0.5 * now.spectrum.resolution_hz)
         one = now.line(1.0, channel=channel)
         ratio = _velocity(now, channel, line.frequency_hz, line.amplitude) / max(

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..compare import comparable
 from ..observe import Observation
 from ..result import Finding
 
@@ -33,6 +34,8 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
             share = now.velocity_share(float(order), channel=channel)
             if share < _LEAST_SHARE or not now.is_significant(line):
                 continue
+            if baseline is not None and comparable(now, baseline) and not _is_new(now, baseline, channel, float(order)):
+                continue
             probability = _ABNORMAL[now.zone] * share * min(1.0, prominence_db / 15)
             if best is None or probability > best.probability:
                 best = Finding(
@@ -45,6 +48,11 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
                     ("unbalance",),
                 )
     return [] if best is None else [best]
+
+
+def _is_new(now: Observation, baseline: Observation, channel: int, order: float) -> bool:
+    """Return whether the line at least doubled: what the healthy machine lives with is no finding."""
+    return now.line(order, channel=channel).amplitude > 2 * baseline.line(order, channel=channel).amplitude
 
 
 def humps(now: Observation, channel: int) -> list[tuple[float, float]]:

@@ -60,8 +60,12 @@ def shaft_pattern(now: Observation) -> tuple[float, float, float | None]:
 
 
 def _level(now: Observation, channels: list[int]) -> float:
-    lines = [now.line(order, channel=channel).amplitude / order for channel in channels for order in (1, 2, 3)]
-    return float(np.sqrt(np.mean(np.square(lines)) * 3))
+    velocities = []
+    for channel in channels:
+        for order in (1.0, 2.0, 3.0):
+            line = now.line(order, channel=channel)
+            velocities.append(line.amplitude * float(now.velocity_factor(channel, line.frequency_hz)))
+    return float(np.sqrt(np.mean(np.square(velocities)) * 3))
 
 
 def _shares(one: float, more: float, axial: float | None) -> dict[str, float]:
@@ -152,7 +156,7 @@ def _causes_of_1x(now: Observation, baseline: Observation, change: np.ndarray, s
         "bent_shaft": 0.08 * float(np.exp(np.clip((tilt - 3) / 5, -2.0, 3.0))),
         "resonance": 0.06 * float(np.exp(np.clip((noise - 3) / 3, -2.0, 3.0) + np.clip((spread - 15) / 10, -1.0, 1.5))),
     }
-    total = sum(weight.values()) + 0.08
+    total = sum(weight.values()) + 0.20
     return {fault: value / total for fault, value in weight.items()}
 
 

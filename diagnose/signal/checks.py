@@ -20,8 +20,8 @@ class DataCheck:
     Attributes
     ----------
     code : str
-        ``"missing samples"``, ``"mostly missing"``, ``"dead"``, ``"dropouts"``, ``"clipping"``, ``"offset"``,
-        ``"drift"``, ``"aliasing"``, ``"coarse"``, ``"short"``, ``"not turning"``.
+        ``"missing samples"``, ``"mostly missing"``, ``"out of range"``, ``"dead"``, ``"dropouts"``, ``"clipping"``,
+        ``"offset"``, ``"drift"``, ``"aliasing"``, ``"coarse"``, ``"tacho"``.
     channel : str
     message : str
         What was seen, with numbers, and what to do.

@@ -84,5 +84,6 @@ def find_sidebands(
         if resolution < wanted < spectrum.frequency_hz[-2]:
             found.append(Sideband(number, *peak_near(spectrum, channel, wanted, tolerance_hz=resolution)))
     first = [side.amplitude for side in found if abs(side.number) == 1 and side.power_ratio > significant_ratio]
-    index = sum(first) / carrier.amplitude if carrier.amplitude > 0 else 0.0
+    # Over a carrier that is only noise the index would say nothing.
+    index = sum(first) / carrier.amplitude if carrier.power_ratio > significant_ratio else 0.0
     return SidebandFamily(carrier, tuple(found), index)

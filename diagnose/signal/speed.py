@@ -73,7 +73,7 @@ def speed_from_tacho(
     speed = 1.0 / (mean_period * pulses_per_revolution)
     spread = float(periods.std() / mean_period / np.sqrt(periods.size)) if periods.size > 1 else 0.05
     uncertainty = max(2 * spread, 1.0 / (rate_hz * (times[-1] - times[0])))
-    variation = float((np.percentile(periods, 95) - np.percentile(periods, 5)) / mean_period)
+    variation = _variation(times, rate_hz, pulses_per_revolution)
     estimate = SpeedEstimate(
         speed,
         speed * (1 - uncertainty),
@@ -83,6 +83,19 @@ def speed_from_tacho(
         variation,
     )
     return estimate, times
+
+
+def _variation(times: np.ndarray, rate_hz: float, pulses_per_revolution: float) -> float:
+    """Return the relative change of speed over whole turns, long enough that half a sample of edge does not count.
+
+    Stripes are never evenly spaced, and an edge is known to a sample at best: periods of single pulses would show both.
+    """
+    step = max(round(pulses_per_revolution), 1)
+    period = float(np.median(np.diff(times)))
+    step *= max(1, int(np.ceil(2000 / (rate_hz * period * step))))
+    step = min(step, max(times.size // 4, 1))
+    spans = times[step:] - times[:-step]
+    return float((np.percentile(spans, 95) - np.percentile(spans, 5)) / spans.mean())
 
 
 def _repaired(times: np.ndarray) -> np.ndarray:
@@ -361,7 +374,7 @@ def refine_speed(
 ) -> tuple[float, float]:
     """Return the best speed within one bin of a candidate, and a half interval of about 95 %.
 
-    The comb score is itself the log likelihood; its width at two nats below the top is the interval.
+    The comb score is itself the log likelihood; twice the standard deviation under it is the half interval.
     """
     grid = speed_hz + resolution_hz * np.linspace(-1.0, 1.0, 401)
     scores = comb_scores(channels, grid, orders=orders, shows=shows)

@@ -47,7 +47,7 @@ def test_json_of_a_finding(make: Make, tmp_path: Path) -> None:
     (answer,) = json.loads(done.stdout)
     finding = answer["findings"][0]
     assert finding["fault"] == "unbalance"
-    assert 0.8 < finding["probability"] <= 1.0
+    assert 0.7 < finding["probability"] <= 1.0
     assert finding["evidence"][0]["signal_to_noise"] > 10
 
 

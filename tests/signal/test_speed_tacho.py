@@ -80,8 +80,23 @@ def test_a_sine_serves_as_a_train():
 def test_a_ramp_gives_the_mean_speed_and_its_variation():
     estimate, _ = found(train(20 * TIME + 0.5 * (4 / SECONDS) * TIME**2))
     assert estimate.speed_hz == pytest.approx(22, rel=2e-3)
-    # 90 % of the pulses lie within 90 % of the change.
-    assert estimate.variation == pytest.approx(0.9 * 4 / 22, rel=0.05)
+    # Periods are taken over the whole turns in 2000 samples, three here; their middles span the change less one such
+    # stretch, and 90 % of them lie within 90 % of that.
+    stretch = 3 / 22
+    assert estimate.variation == pytest.approx(0.9 * 4 / 22 * (1 - stretch / SECONDS), rel=0.03)
+
+
+@pytest.mark.parametrize("per_turn", [1, 8, 60])
+def test_constant_speed_shows_no_variation(per_turn):
+    """Neither the half sample of an edge nor unevenly spaced stripes are a varying speed."""
+    angle = 24.71 * TIME
+    stripes = (np.arange(per_turn) + 0.02 * np.random.default_rng(0).uniform(-1, 1, per_turn)) / per_turn
+    distance = np.min([np.abs((angle - one + 0.5) % 1.0 - 0.5) for one in stripes], axis=0)
+    estimate, _ = speed_from_tacho(
+        (distance < 0.15 / per_turn).astype(float), rate_hz=RATE, pulses_per_revolution=per_turn
+    )
+    assert estimate.speed_hz == pytest.approx(24.71, rel=1e-4)
+    assert estimate.variation < 1e-3
 
 
 # --- damaged trains -------------------------------------------------------------------------------------------
