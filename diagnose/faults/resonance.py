@@ -56,17 +56,36 @@ def _is_new(now: Observation, baseline: Observation, channel: int, order: float)
 
 
 def humps(now: Observation, channel: int) -> list[tuple[float, float]]:
-    """Return frequency and prominence in dB of the humps of the velocity floor between 0.5X and 12X."""
-    from scipy.signal import find_peaks
-
+    """Return frequency and prominence in dB of the humps of the floor between 0.5X and 12X."""
     frequency = now.spectrum.frequency_hz
     inside = (frequency > 0.5 * now.speed_hz) & (frequency < 12 * now.speed_hz)
     if inside.sum() < 16:
         return []
-    floor = now.spectrum.floor[channel, inside] * now.velocity_factor(channel, frequency[inside])
-    level = 20 * np.log10(np.maximum(floor, 1e-300))
-    peaks, properties = find_peaks(level, prominence=_LEAST_PROMINENCE_DB)
+    level = 20 * np.log10(np.maximum(now.spectrum.floor[channel, inside], 1e-300))
     return [
-        (float(frequency[inside][index]), float(high))
-        for index, high in zip(peaks, properties["prominences"], strict=True)
+        (float(frequency[inside][index]), high) for index, high in prominent_peaks(level, least=_LEAST_PROMINENCE_DB)
     ]
+
+
+def prominent_peaks(level: np.ndarray, *, least: float) -> list[tuple[int, float]]:
+    """Return index and prominence of the local maxima that stand out of their surroundings by at least ``least``.
+
+    The prominence is the height over the higher of the two valleys that part a peak from higher ground. scipy.signal
+    has the same; importing it costs more than the rest of an analysis.
+
+    Examples
+    --------
+    >>> prominent_peaks(np.array([0.0, 3.0, 1.0, 5.0, 0.0]), least=1.0)
+    [(1, 2.0), (3, 5.0)]
+    """
+    found = []
+    for index in np.flatnonzero((level[1:-1] > level[:-2]) & (level[1:-1] > level[2:])) + 1:
+        height = level[index]
+        higher_left = np.flatnonzero(level[:index] > height)
+        higher_right = np.flatnonzero(level[index + 1 :] > height)
+        start = int(higher_left[-1]) if higher_left.size else 0
+        stop = index + 1 + int(higher_right[0]) if higher_right.size else level.size
+        prominence = float(height - max(level[start:index].min(), level[index + 1 : stop].min()))
+        if prominence >= least:
+            found.append((int(index), prominence))
+    return found
