@@ -222,11 +222,12 @@ def _tacho_check(recording: Recording, times: np.ndarray | None) -> list[DataChe
 
 def _state_without_lines(recording: Recording, usable: Recording) -> str:
     """Return why no line stands out of the whole record."""
+    silent_tacho = any(channel.quantity == "tacho" for channel in recording.channels)
     if not usable.channels:
-        return "no sensor"
+        return "at rest" if silent_tacho else "no sensor"
     rms = np.sqrt((usable.signals**2).mean(axis=1))
     floors = [_SENSOR_NOISE.get(channel.quantity or "", 0.0) for channel in usable.channels]
-    if any(channel.quantity == "tacho" for channel in recording.channels) or bool((rms < floors).all()):
+    if silent_tacho or bool((rms < floors).all()):
         return "at rest"
     pieces = np.array_split(usable.signals, _PIECES, axis=1)
     if usable.samples >= 512 * _PIECES:
