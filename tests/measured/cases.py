@@ -219,8 +219,8 @@ def _gears() -> list[Case]:
                 lambda a: any(one.fault.startswith("gear_") for one in a.findings[:1]),
                 baseline=f"{folder}h30hz{load}.csv.gz",
                 metadata=gear,
-                explanation="First and wider sidebands grew alike, on one channel of four and less at load: tooth fault, wear "
-                "and run-out share a weak probability.",
+                explanation="First and wider sidebands grew alike, on one channel of four and less at load: tooth "
+                "fault, wear and run-out share a weak probability.",
             )
         )
     return cases
