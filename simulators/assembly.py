@@ -1,0 +1,216 @@
+"""The workbench on which a machine is put together: degrees of freedom, matrices, components, forces, probes.
+
+A machine definition fills an `Assembly`, effects then change it, `Assembly.build` turns it into a `System`.
+Everything is addressed by name, so that an effect needs to know a place or a component, never a matrix index.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+from .errors import InvalidValueError
+from .law import Direction, InterfaceForce
+
+
+class MissingPartError(InvalidValueError):
+    """The machine has no part of the kind that was asked for."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A point of a machine where something can act.
+
+    Parameters
+    ----------
+    name : str
+    roles : frozenset of str
+        What it is: "rotor", "disc", "gear", "coupling", "bearing", "housing", "motor", "load".
+    directions : mapping of str to Direction
+        Motion of the point, by name: "x", "y" (vertical, up), "axial", "angle_x", "angle_y", "torsion".
+    shaft_ratio : float
+        Speed of the part over the speed of the reference shaft; 0 for a part that does not turn.
+    """
+
+    name: str
+    roles: frozenset[str]
+    directions: Mapping[str, Direction]
+    shaft_ratio: float = 1.0
+
+
+@dataclass(frozen=True)
+class Probe:
+    """A sensor position: a linear combination of displacements, velocities or accelerations.
+
+    Parameters
+    ----------
+    name : str
+    quantity : str
+        "displacement", "velocity" or "acceleration" (linear or angular).
+    unit : str
+    location, direction : str
+    row : Direction
+        The combination of degrees of freedom that it sees.
+    limit, limit_message : float and str, optional
+        Largest absolute value for which the model holds, and what it means to pass it.
+    """
+
+    name: str
+    quantity: str
+    unit: str
+    location: str
+    direction: str
+    row: Direction
+    limit: float | None = None
+    limit_message: str = ""
+
+
+@dataclass(frozen=True)
+class StateBlock:
+    """A linear subsystem with states of its own, between a displacement and a force: a controller, a filter.
+
+    z' = A z + b w, force = c z + d w, with w = ``input`` (displacements); the force acts along ``output``.
+    """
+
+    name: str
+    a: np.ndarray
+    b: np.ndarray
+    c: np.ndarray
+    d: float
+    input: Direction
+    output: Direction
+
+
+class Component(Protocol):
+    """A part with a law of its own (coupling, bearing, gear mesh) that effects may change before the build."""
+
+    name: str
+    roles: frozenset[str]
+
+    def finish(self, assembly: Assembly) -> None:
+        """Add the part's matrices and forces to the assembly; called once, after all effects."""
+        ...
+
+
+@dataclass
+class Assembly:
+    """A machine being put together. See the module's docstring.
+
+    Attributes
+    ----------
+    speed_rad_s : float
+        Reference-shaft speed about which the linear core is formed.
+    mass, damping, stiffness : dict
+        Entries of symmetric or general matrices by pair of degrees of freedom.
+    gyroscopic : dict
+        Entries multiplied by the reference-shaft speed.
+    """
+
+    speed_rad_s: float
+    coordinates: list[str] = field(default_factory=list)
+    mass: dict[tuple[str, str], float] = field(default_factory=dict)
+    damping: dict[tuple[str, str], float] = field(default_factory=dict)
+    stiffness: dict[tuple[str, str], float] = field(default_factory=dict)
+    gyroscopic: dict[tuple[str, str], float] = field(default_factory=dict)
+    state_blocks: list[StateBlock] = field(default_factory=list)
+    forces: list[InterfaceForce] = field(default_factory=list)
+    places: dict[str, Place] = field(default_factory=dict)
+    components: dict[str, Any] = field(default_factory=dict)
+    probes: list[Probe] = field(default_factory=list)
+    #: Unit vertical translation of everything that has weight: coordinate name to 1.
+    vertical: dict[str, float] = field(default_factory=dict)
+    #: Coordinates that are angles of turning parts, with their speed over the reference shaft's.
+    torsional: dict[str, float] = field(default_factory=dict)
+    #: Remarks for the user about this machine with these parameters and effects.
+    notes: list[str] = field(default_factory=list)
+
+    # -- coordinates and matrices ------------------------------------------------------------------------------
+
+    def add_coordinate(
+        self, name: str, *, mass: float = 0.0, vertical: bool = False, torsion_ratio: float | None = None
+    ) -> None:
+        """Add a degree of freedom with its own mass (kg) or inertia (kg.m2)."""
+        if name in self.coordinates:
+            raise InvalidValueError(f"Degree of freedom {name!r} exists already; allowed: new names. Rename one.")
+        self.coordinates.append(name)
+        if mass:
+            self.mass[name, name] = mass
+        if vertical:
+            self.vertical[name] = 1.0
+        if torsion_ratio is not None:
+            self.torsional[name] = torsion_ratio
+
+    def add_matrix(self, kind: str, names: list[str], matrix: np.ndarray) -> None:
+        """Add ``matrix`` (len(names) square) to "mass", "damping", "stiffness" or "gyroscopic"."""
+        entries = getattr(self, kind)
+        for i, j in np.argwhere(matrix):
+            key = (names[i], names[j])
+            entries[key] = entries.get(key, 0.0) + float(matrix[i, j])
+
+    def add_spring(self, along: Direction, *, stiffness: float = 0.0, damping: float = 0.0) -> None:
+        """Add a linear spring and damper whose elongation is the combination ``along``.
+
+        {"a": 1, "b": -1} connects a to b; {"a": 1} connects a to the ground. N/m and N.s/m, or N.m/rad and N.m.s/rad.
+        """
+        names = list(along)
+        vector = np.array([along[name] for name in names])
+        self.add_matrix("stiffness", names, stiffness * np.outer(vector, vector))
+        self.add_matrix("damping", names, damping * np.outer(vector, vector))
+
+    # -- finding parts -----------------------------------------------------------------------------------------
+
+    def add_place(self, place: Place) -> None:
+        """Declare a place; its name must be new."""
+        if place.name in self.places:
+            raise InvalidValueError(f"Place {place.name!r} exists already; allowed: new names. Rename one.")
+        self.places[place.name] = place
+
+    def add_component(self, component: Component) -> None:
+        """Declare a component; its name must be new."""
+        if component.name in self.components:
+            raise InvalidValueError(f"Component {component.name!r} exists already; allowed: new names. Rename one.")
+        self.components[component.name] = component
+
+    def place(self, role: str, name: str = "") -> Place:
+        """Return the place of this name, or the first one with this role when the name is empty."""
+        return _find("place", self.places, role, name)
+
+    def component(self, role: str, name: str = "") -> Any:
+        """Return the component of this name, or the first one with this role when the name is empty."""
+        return _find("component", self.components, role, name)
+
+
+def _find(kind: str, parts: Mapping[str, Any], role: str, name: str) -> Any:
+    fitting = [part for part in parts.values() if role in part.roles]
+    if not name:
+        if fitting:
+            return fitting[0]
+        raise MissingPartError(
+            f"This machine has no {kind} of the kind {role!r}; it has "
+            f"{', '.join(sorted({r for part in parts.values() for r in part.roles})) or 'none'}. "
+            "Use a machine that has one."
+        )
+    for part in fitting:
+        if part.name == name:
+            return part
+    raise MissingPartError(
+        f"{name!r} is no {role} of this machine; allowed: {', '.join(part.name for part in fitting) or 'none'}. "
+        "Correct the place."
+    )
+
+
+def difference(first: Direction, second: Direction) -> dict[str, float]:
+    """Return the combination ``first - second``."""
+    return combination((1.0, first), (-1.0, second))
+
+
+def combination(*terms: tuple[float, Direction]) -> dict[str, float]:
+    """Return the weighted sum of directions."""
+    total: dict[str, float] = {}
+    for weight, direction in terms:
+        for name, value in direction.items():
+            total[name] = total.get(name, 0.0) + weight * value
+    return total

@@ -1,0 +1,146 @@
+"""Interface forces: everything in a machine that is not its linear core.
+
+A machine is y' = L y + B u(t, phase, C y). Each `InterfaceForce` reads a few rows of C y and adds to a few entries
+of u. Its `Law` splits the work in two. *Signals* depend on time and shaft angle only; they are computed for many
+instants at once with numpy. What depends on the motion is either linear in it, with the signals as coefficients
+(`force` is None), or a small compiled function.
+
+Linear laws serve time stepping, harmonic balance and Floquet analysis from the same signals.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .errors import InvalidValueError
+
+#: A linear combination of degrees of freedom by name: {"disc.x": 1.0}.
+Direction = Mapping[str, float]
+
+
+@dataclass
+class Timeline:
+    """Instants at which signals are wanted, for several lanes (runs side by side).
+
+    Attributes
+    ----------
+    time_s : ndarray, shape (instants, lanes)
+    phase_rad, speed_rad_s, acceleration_rad_s2 : ndarray, shape (instants, lanes)
+        Angle, speed and angular acceleration of the reference shaft.
+    """
+
+    time_s: np.ndarray
+    phase_rad: np.ndarray
+    speed_rad_s: np.ndarray
+    acceleration_rad_s2: np.ndarray
+    _cached: dict[float, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
+
+    def cos_sin(self, order: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return cos and sin of ``order`` times the shaft angle; computed once for each scalar order."""
+        if np.ndim(order):
+            distinct = np.unique(order)
+            if distinct.size > 1:
+                return np.cos(order * self.phase_rad), np.sin(order * self.phase_rad)
+            order = float(distinct[0])
+        key = float(order)
+        if key not in self._cached:
+            angle = key * self.phase_rad
+            self._cached[key] = np.cos(angle), np.sin(angle)
+        return self._cached[key]
+
+
+Signals = Callable[[Timeline, np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Law:
+    """How an interface force comes about.
+
+    Parameters
+    ----------
+    name : str
+    signals : callable
+        ``signals(timeline, parameters) -> ndarray (signals, instants, lanes)``; ``parameters`` has shape
+        (parameters, lanes). For a linear law the signals are, for n outputs and p inputs, first the n forces that do
+        not depend on the motion, then the n x p coefficients, row by row.
+    force : callable, optional
+        Compiled with `compiled_force`: ``force(signals, parameters, x, inputs, outputs, u)`` adds to ``u`` in place.
+        None for a linear law.
+    jumps : callable, optional
+        For signals that jump at known angles: ``jumps(parameters (parameters,), start_rad, stop_rad) -> angles`` gives
+        the reference-shaft angles in (start, stop] at which they do. `signals` is then called with the extra keyword
+        ``branch_rad``, the angle (instants, lanes) whose branch must be continued.
+    """
+
+    name: str
+    signals: Signals
+    force: Any = None
+    jumps: Callable[[np.ndarray, float, float], np.ndarray] | None = None
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether the force is linear in the motion."""
+        return self.force is None
+
+
+@dataclass(frozen=True)
+class InterfaceForce:
+    """A law at work in a machine.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the machine, for messages.
+    law : Law
+    parameters : tuple of float
+    displacements, velocities : tuple of Direction
+        What the law reads: first all displacements, then all velocities.
+    outputs : tuple of Direction
+        Where each force acts, as a generalised force.
+    """
+
+    name: str
+    law: Law
+    parameters: tuple[float, ...]
+    outputs: tuple[Direction, ...]
+    displacements: tuple[Direction, ...] = ()
+    velocities: tuple[Direction, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not all(math.isfinite(value) for value in self.parameters):
+            raise InvalidValueError(
+                f"Force {self.name} has parameters {self.parameters}; allowed: finite numbers. Check the machine's "
+                "parameters and effects."
+            )
+
+
+def no_signals(timeline: Timeline, parameters: np.ndarray) -> np.ndarray:
+    """Return no signals, for laws that depend on the motion only."""
+    return np.zeros((0, *timeline.time_s.shape))
+
+
+@functools.cache
+def force_signature() -> Any:
+    """Return the numba signature that every compiled force has."""
+    import numba
+
+    matrix = numba.float64[:, ::1]
+    return numba.void(matrix, matrix, matrix, numba.int64[::1], numba.int64[::1], matrix)
+
+
+def compiled_force(function: Callable[..., None]) -> Any:
+    """Compile ``function(signals, parameters, x, inputs, outputs, u)`` and keep it on disk.
+
+    All matrices have the lanes last: ``signals`` (signals, lanes), ``parameters`` (parameters, lanes), ``x`` (rows of
+    C y, lanes), ``u`` (interface forces, lanes). ``inputs`` and ``outputs`` say which rows belong to the force. The
+    function loops over the lanes and adds to ``u``. The plain Python function stays reachable as ``py_func``.
+    """
+    import numba
+
+    return numba.njit(force_signature(), cache=True, error_model="numpy", nogil=True)(function)

@@ -1,0 +1,242 @@
+"""A machine at one speed, as matrices: y' = L y + B u(t, phase, C y), probes = D y + E u."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .assembly import Assembly, Probe
+from .errors import InvalidValueError
+from .law import Direction, InterfaceForce, Law, Timeline
+
+
+@dataclass(frozen=True)
+class System:
+    """Linear core and interface of a machine.
+
+    With n coordinates and k controller states, y = [q, q', z] has 2 n + k entries.
+
+    Attributes
+    ----------
+    core : ndarray (states, states)
+        L.
+    force_columns : ndarray (states, interface forces)
+        B.
+    motion_rows : ndarray (interface motions, states)
+        C.
+    probe_rows : ndarray (probes, states)
+    probe_columns : ndarray (probes, interface forces)
+        What a force does at once to a probe: not zero for acceleration.
+    forces : tuple of InterfaceForce
+    inputs, outputs : tuple of ndarray
+        For each force, its rows of C and its columns of B.
+    mass_matrix : ndarray (coordinates, coordinates)
+    speed_rad_s : float
+        Speed about which L was formed.
+    """
+
+    core: np.ndarray
+    force_columns: np.ndarray
+    motion_rows: np.ndarray
+    probe_rows: np.ndarray
+    probe_columns: np.ndarray
+    probes: tuple[Probe, ...]
+    forces: tuple[InterfaceForce, ...]
+    inputs: tuple[np.ndarray, ...]
+    outputs: tuple[np.ndarray, ...]
+    coordinates: tuple[str, ...]
+    mass_matrix: np.ndarray
+    speed_rad_s: float
+    notes: tuple[str, ...] = ()
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether every interface force is linear in the motion."""
+        return all(force.law.is_linear for force in self.forces)
+
+    @property
+    def states(self) -> int:
+        """Number of states."""
+        return self.core.shape[0]
+
+    def row(self, direction: Direction, *, velocity: bool = False) -> np.ndarray:
+        """Return the row over the states that reads a displacement or velocity."""
+        row = np.zeros(self.states)
+        offset = len(self.coordinates) if velocity else 0
+        for name, value in direction.items():
+            row[offset + _index(self.coordinates, name)] += value
+        return row
+
+
+@dataclass
+class _Rows:
+    """Distinct vectors in order of appearance: two effects at one place share a column."""
+
+    vectors: list[np.ndarray] = field(default_factory=list)
+    known: dict[bytes, int] = field(default_factory=dict)
+
+    def index(self, vector: np.ndarray) -> int:
+        key = vector.tobytes()
+        if key not in self.known:
+            self.known[key] = len(self.vectors)
+            self.vectors.append(vector)
+        return self.known[key]
+
+    def matrix(self, width: int) -> np.ndarray:
+        return np.array(self.vectors).reshape(len(self.vectors), width)
+
+
+def build_system(assembly: Assembly, *, steady: bool = True) -> System:
+    """Turn an assembly into matrices.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        With its components finished.
+    steady : bool
+        False when the speed will change: the gyroscopic change and the inertia of accelerating parts then become
+        interface forces.
+    """
+    names = tuple(assembly.coordinates)
+    n = len(names)
+    mass = _matrix(assembly.mass, names)
+    if n == 0 or np.linalg.matrix_rank(mass) < n:
+        bare = [name for i, name in enumerate(names) if not mass[i].any()]
+        raise InvalidValueError(
+            f"The mass matrix is singular (no mass at {', '.join(bare) or 'a combination of coordinates'}); allowed: "
+            "every degree of freedom has mass. Give it a mass or remove it."
+        )
+    forces = [*assembly.forces, *([] if steady else _speed_change_forces(assembly, names, mass))]
+    inverse = np.linalg.inv(mass)
+    core = _core(assembly, names, inverse)
+    size = core.shape[0]
+    rows, columns = _Rows(), _Rows()
+    inputs, outputs = [], []
+    for force in forces:
+        read = [_padded(_vector(d, names), 0, size) for d in force.displacements]
+        read += [_padded(_vector(d, names), n, size) for d in force.velocities]
+        inputs.append(np.array([rows.index(v) for v in read], dtype=np.int64))
+        acts = [_padded(inverse @ _vector(d, names), n, size) for d in force.outputs]
+        outputs.append(np.array([columns.index(v) for v in acts], dtype=np.int64))
+    force_columns = columns.matrix(size).T.copy()
+    probe_rows, probe_columns = _probe_matrices(assembly, names, core, force_columns)
+    return System(
+        core=core,
+        force_columns=force_columns,
+        motion_rows=rows.matrix(size),
+        probe_rows=probe_rows,
+        probe_columns=probe_columns,
+        probes=tuple(assembly.probes),
+        forces=tuple(forces),
+        inputs=tuple(inputs),
+        outputs=tuple(outputs),
+        coordinates=names,
+        mass_matrix=mass,
+        speed_rad_s=assembly.speed_rad_s,
+        notes=tuple(assembly.notes),
+    )
+
+
+def _core(assembly: Assembly, names: tuple[str, ...], inverse: np.ndarray) -> np.ndarray:
+    n = len(names)
+    stiffness = _matrix(assembly.stiffness, names)
+    damping = _matrix(assembly.damping, names) + assembly.speed_rad_s * _matrix(assembly.gyroscopic, names)
+    extra = sum(block.a.shape[0] for block in assembly.state_blocks)
+    core = np.zeros((2 * n + extra, 2 * n + extra))
+    core[:n, n : 2 * n] = np.eye(n)
+    at = 2 * n
+    for block in assembly.state_blocks:
+        seen, acts = _vector(block.input, names), inverse @ _vector(block.output, names)
+        states = slice(at, at + block.a.shape[0])
+        core[states, states] = block.a
+        core[states, :n] = np.outer(block.b, seen)
+        core[n : 2 * n, states] += np.outer(acts, block.c)
+        core[n : 2 * n, :n] += block.d * np.outer(acts, seen)
+        at = states.stop
+    core[n : 2 * n, :n] -= inverse @ stiffness
+    core[n : 2 * n, n : 2 * n] -= inverse @ damping
+    return core
+
+
+def _probe_matrices(
+    assembly: Assembly, names: tuple[str, ...], core: np.ndarray, force_columns: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    n, size = len(names), core.shape[0]
+    rows = np.zeros((len(assembly.probes), size))
+    columns = np.zeros((len(assembly.probes), force_columns.shape[1]))
+    for i, probe in enumerate(assembly.probes):
+        vector = _vector(probe.row, names)
+        if probe.quantity == "acceleration":
+            rows[i] = vector @ core[n : 2 * n]
+            columns[i] = vector @ force_columns[n : 2 * n]
+        elif probe.quantity in ("displacement", "velocity"):
+            start = 0 if probe.quantity == "displacement" else n
+            rows[i, start : start + n] = vector
+        else:
+            raise InvalidValueError(
+                f"Probe {probe.name} measures {probe.quantity!r}; allowed: displacement, velocity, acceleration."
+            )
+    return rows, columns
+
+
+def _gyroscopic_signals(timeline: Timeline, parameters: np.ndarray) -> np.ndarray:
+    """Coefficients -(speed - reference) on the diagonal: one input and one output for each row of G."""
+    count = parameters.shape[0] - 1
+    signals = np.zeros((count + count * count, *timeline.time_s.shape))
+    for i in range(count):
+        signals[count + i * count + i] = -(timeline.speed_rad_s - parameters[0])
+    return signals
+
+
+def _inertia_signals(timeline: Timeline, parameters: np.ndarray) -> np.ndarray:
+    return -parameters[0] * timeline.acceleration_rad_s2[None]
+
+
+GYROSCOPIC_CHANGE = Law("gyroscopic change with speed", _gyroscopic_signals)
+INERTIA_TORQUE = Law("inertia torque of a changing speed", _inertia_signals)
+
+
+def _speed_change_forces(assembly: Assembly, names: tuple[str, ...], mass: np.ndarray) -> list[InterfaceForce]:
+    forces = []
+    gyroscopic = _matrix(assembly.gyroscopic, names)
+    turning = np.flatnonzero(gyroscopic.any(axis=1))
+    if turning.size:
+        read = tuple({names[j]: float(gyroscopic[i, j]) for j in np.flatnonzero(gyroscopic[i])} for i in turning)
+        parameters = (assembly.speed_rad_s, *np.ones(turning.size))
+        acts = tuple({names[i]: 1.0} for i in turning)
+        forces.append(InterfaceForce("gyroscopic change", GYROSCOPIC_CHANGE, parameters, acts, (), read))
+    if assembly.torsional:
+        torque = mass @ _vector(assembly.torsional, names)
+        acts = ({names[i]: float(torque[i]) for i in np.flatnonzero(torque)},)
+        forces.append(InterfaceForce("inertia torque", INERTIA_TORQUE, (1.0,), acts))
+    return forces
+
+
+def _matrix(entries: dict[tuple[str, str], float], names: tuple[str, ...]) -> np.ndarray:
+    matrix = np.zeros((len(names), len(names)))
+    for (first, second), value in entries.items():
+        matrix[_index(names, first), _index(names, second)] += value
+    return matrix
+
+
+def _vector(direction: Direction, names: tuple[str, ...]) -> np.ndarray:
+    vector = np.zeros(len(names))
+    for name, value in direction.items():
+        vector[_index(names, name)] += value
+    return vector
+
+
+def _index(names: tuple[str, ...], name: str) -> int:
+    try:
+        return names.index(name)
+    except ValueError:
+        raise InvalidValueError(
+            f"{name!r} is no degree of freedom; allowed: {', '.join(names)}. Correct the name."
+        ) from None
+
+
+def _padded(vector: np.ndarray, start: int, size: int) -> np.ndarray:
+    row = np.zeros(size)
+    row[start : start + vector.size] = vector
+    return row
