@@ -1,0 +1,88 @@
+"""Misalignment of a coupling: parallel, angular, or both."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ..effect import Effect, Line
+from ..parameter import LogNormal, Uniform, parameter
+
+if TYPE_CHECKING:
+    from ..assembly import Assembly
+    from ..machine import Machine
+
+_ANY_ANGLE = "any angle is equally likely"
+
+
+@dataclass(frozen=True, kw_only=True)
+class CouplingMisalignment(Effect):
+    """The two halves of a coupling are offset or tilted against each other; the machine's coupling says what follows.
+
+    A flexible coupling answers with 1X (and n - 1, n + 1 where its stiffness varies n times a revolution), others with
+    2X: see the coupling's `misalignment_lines`.
+    """
+
+    NAME = "coupling_misalignment"
+    STAGE = "structure"
+    ROLE = "coupling"
+    MEANING = "The two halves of a coupling are offset (parallel) or tilted (angular) against each other."
+    CHECK = "What did the last laser alignment show, cold and hot? Were feet, shims or pipes changed since?"
+    RIVALS = {
+        "unbalance": "three or more speeds (the force of misalignment does not grow as speed^2); a trial mass",
+        "shaft_bow": "slow-roll vector with the coupling opened; run uncoupled",
+        "rotating_coupling_force": "1X at the coupling without 2X and 3X; a different coupling; run uncoupled",
+        "coupling_stiffness_harmonics": "alignment corrected: lines that stay come from the coupling itself",
+        "support_anisotropy": "ratio of horizontal and vertical lines; alignment corrected",
+    }
+    REFERENCES = (
+        "D. L. Dewell and L. D. Mitchell, Detection of a misaligned disk coupling using spectrum analysis, "
+        "J. Vib. Acoust. 106 (1984) 9-16",
+        "M. Xu and R. D. Marangoni, Vibration analysis of a motor-flexible coupling-rotor system subject to "
+        "misalignment and unbalance, J. Sound Vib. 176 (1994) 663-679, 681-691",
+    )
+
+    offset_m: float = parameter(
+        unit="m",
+        bounds=(0.0, 2e-3),
+        zero=0.0,
+        prior=LogNormal(1e-4, 3.0),
+        meaning="parallel misalignment of the two axes at the coupling",
+        source="Prueftechnik tolerances: 0.03-0.09 mm at 1500-3000 rpm; factor 3 for machines aligned well or not at all",
+    )
+    angle_rad: float = parameter(
+        unit="rad",
+        bounds=(0.0, 0.07),
+        zero=0.0,
+        prior=LogNormal(1e-3, 3.0),
+        meaning="angular misalignment, the angle between the two axes; 0 for a purely parallel one",
+        source="Prueftechnik tolerances: 0.4-1.2 mrad at 1500-3000 rpm; bound 4 degrees, where flexible couplings end",
+    )
+    offset_phase_rad: float = parameter(
+        unit="rad",
+        bounds=(-2 * math.pi, 2 * math.pi),
+        prior=Uniform(-math.pi, math.pi),
+        meaning="direction of the offset from x at shaft angle 0, in the sense of rotation",
+        source=_ANY_ANGLE,
+    )
+    angle_phase_rad: float = parameter(
+        unit="rad",
+        bounds=(-2 * math.pi, 2 * math.pi),
+        prior=Uniform(-math.pi, math.pi),
+        meaning="direction of the axis about which the halves are tilted, from x at shaft angle 0",
+        source=_ANY_ANGLE,
+    )
+
+    def contribute(self, assembly: Assembly) -> None:
+        """Misalign the chosen coupling, on top of any misalignment it has."""
+        assembly.component(self.ROLE, self.at).misalign(
+            offset_m=self.offset_m,
+            angle_rad=self.angle_rad,
+            offset_phase_rad=self.offset_phase_rad,
+            angle_phase_rad=self.angle_phase_rad,
+        )
+
+    def signature(self, machine: Machine) -> tuple[Line, ...]:
+        """Return the lines that the machine's coupling makes of a misalignment."""
+        return machine.bare_assembly().component(self.ROLE, self.at).misalignment_lines()
