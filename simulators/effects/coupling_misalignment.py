@@ -49,7 +49,7 @@ class CouplingMisalignment(Effect):
         zero=0.0,
         prior=LogNormal(1e-4, 3.0),
         meaning="parallel misalignment of the two axes at the coupling",
-        source="Prueftechnik tolerances: 0.03-0.09 mm at 1500-3000 rpm; factor 3 for machines aligned well or not at all",
+        source="Prueftechnik tolerances: 0.03-0.09 mm at 1500-3000 rpm; factor 3 for careful or careless work",
     )
     angle_rad: float = parameter(
         unit="rad",
