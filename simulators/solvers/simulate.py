@@ -1,0 +1,246 @@
+"""Time-domain simulation: machines in, anti-aliased probe signals out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..assembly import Probe
+from ..errors import InvalidValueError, RotorwiseError
+from ..machine import Machine
+from ..speed_profile import SpeedProfile, as_profile
+from ..system import System
+
+from .stepper import LaneGroup, run_group
+
+#: More lanes than this side by side bring nothing: their states no longer fit the cache.
+MOST_LANES = 64
+#: A steady run whose last quarter is this many times stronger than its first is taken to diverge.
+DRIFT = 30.0
+
+Case = tuple[Machine, float | SpeedProfile]
+
+
+class SimulationError(RotorwiseError):
+    """The simulation did not give a usable result: it grew without bound or became not a number."""
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """Probe signals of one run.
+
+    Attributes
+    ----------
+    signals : ndarray (probes, samples)
+    rate_hz : float
+    probes : tuple of Probe
+    phase_rad, speed_rad_s : ndarray (samples,)
+        Of the reference shaft.
+    step_s : float
+        Integration step.
+    errors : ndarray (probes,), optional
+        Estimated relative rms error of each probe, from a second run with half the step; None when not asked for.
+    notes : tuple of str
+        What the user should know about this run.
+    """
+
+    signals: np.ndarray
+    rate_hz: float
+    probes: tuple[Probe, ...]
+    phase_rad: np.ndarray
+    speed_rad_s: np.ndarray
+    step_s: float
+    errors: np.ndarray | None = None
+    notes: tuple[str, ...] = ()
+
+    def probe(self, name: str) -> np.ndarray:
+        """Return the signal of one probe, shape (samples,)."""
+        names = [probe.name for probe in self.probes]
+        if name not in names:
+            raise InvalidValueError(f"No probe {name!r}; allowed: {', '.join(names)}. Correct the name.")
+        return self.signals[names.index(name)]
+
+    @property
+    def time_s(self) -> np.ndarray:
+        """Time of each sample, shape (samples,)."""
+        return np.arange(self.signals.shape[1]) / self.rate_hz
+
+
+def simulate(machine: Machine, *, speed_rpm: float | SpeedProfile, **options: object) -> Simulation:
+    """Return the probe signals of one machine; options as in `simulate_batch`."""
+    return simulate_batch([(machine, speed_rpm)], **options)[0]  # type: ignore[arg-type]
+
+
+def simulate_batch(
+    cases: Sequence[Case],
+    *,
+    duration_s: float,
+    rate_hz: float,
+    step_s: float | None = None,
+    settle_s: float | None = None,
+    estimate_error: bool = False,
+    threads: int = 1,
+    modal: bool = True,
+    highest_hz: float | None = None,
+) -> list[Simulation]:
+    """Return the probe signals of several machines, side by side where they share their linear core.
+
+    Parameters
+    ----------
+    cases : sequence of (Machine, speed)
+        Speed in revolutions a minute, or a `SpeedProfile`.
+    duration_s, rate_hz : float
+        Of the recorded signals; time 0 of a speed profile is their first sample.
+    step_s : float, optional
+        Longest integration step; the machine's own by default. The step is 1 / rate_hz over a whole number of 2 or
+        more, as the output is low-pass filtered (flat up to 0.4 rate_hz) and decimated.
+    settle_s : float, optional
+        Time simulated before the recording, at the profile's first speed, from the static equilibrium.
+    estimate_error : bool
+        Run again with half the step and report the relative rms difference of each probe.
+    threads : int
+        Groups of lanes run in so many threads.
+    modal : bool
+        Use modal coordinates where they are accurate.
+    highest_hz : float, optional
+        Leave out modes above this frequency.
+
+    Raises
+    ------
+    InvalidValueError
+        For a rate, duration or step that is not allowed.
+    SimulationError
+        When the motion grows without bound.
+    """
+    _check(duration_s, rate_hz, threads, len(cases))
+    prepared = [_prepare(machine, speed) for machine, speed in cases]
+    results: list[Simulation | None] = [None] * len(cases)
+    groups = _groups(prepared)
+    if threads > 1:
+        smallest = max(1, math.ceil(len(cases) / threads))
+        groups = [group[i : i + smallest] for group in groups for i in range(0, len(group), smallest)]
+
+    def work(members: list[int]) -> None:
+        lanes = LaneGroup(
+            machines=[cases[i][0] for i in members],
+            profiles=[prepared[i][1] for i in members],
+            systems=[prepared[i][0] for i in members],
+        )
+        step = _step(cases[members[0]][0], rate_hz, step_s)
+        settle = cases[members[0]][0].definition.settle_s if settle_s is None else settle_s
+        options = {"duration_s": duration_s, "rate_hz": rate_hz, "settle_s": settle}
+        signals = run_group(lanes, factor=step, modal=modal, highest_hz=highest_hz, **options)
+        errors = [None] * len(members)
+        if estimate_error:
+            finer = run_group(lanes, factor=2 * step, modal=modal, highest_hz=highest_hz, **options)
+            errors = [relative_error(a, b) for a, b in zip(signals, finer, strict=True)]
+        for i, own, error in zip(members, signals, errors, strict=True):
+            results[i] = _result(cases[i][0], *prepared[i], own, rate_hz, 1 / (rate_hz * step), error)
+
+    if threads > 1 and len(groups) > 1:
+        with ThreadPoolExecutor(threads) as pool:
+            list(pool.map(work, groups))
+    else:
+        for group in groups:
+            work(group)
+    return [result for result in results if result is not None]
+
+
+def relative_error(coarse: np.ndarray, fine: np.ndarray) -> np.ndarray:
+    """Return the rms difference of each probe over the rms of its alternating part, shape (probes,)."""
+    difference = np.sqrt(np.mean((coarse - fine) ** 2, axis=1))
+    scale = np.sqrt(np.mean((fine - fine.mean(axis=1, keepdims=True)) ** 2, axis=1))
+    return difference / np.where(scale > 0, scale, 1.0)
+
+
+def _check(duration_s: float, rate_hz: float, threads: int, cases: int) -> None:
+    for name, value in (("duration_s", duration_s), ("rate_hz", rate_hz), ("threads", threads)):
+        if not (math.isfinite(value) and value > 0):
+            raise InvalidValueError(f"{name} = {value!r}; allowed: finite and more than 0.")
+    if duration_s * rate_hz < 1:
+        raise InvalidValueError(f"{duration_s:g} s at {rate_hz:g} Hz has no sample; give a longer duration.")
+    if cases == 0:
+        raise InvalidValueError("No case to simulate; allowed: one or more pairs of machine and speed.")
+
+
+def _prepare(machine: Machine, speed: float | SpeedProfile) -> tuple[System, SpeedProfile]:
+    profile = as_profile(speed)
+    return machine.system(speed_rpm=profile), profile
+
+
+def _groups(prepared: list[tuple[System, SpeedProfile]]) -> list[list[int]]:
+    """Return the cases that may run side by side: same matrices, same laws in the same order."""
+    groups: dict[tuple[object, ...], list[int]] = {}
+    for i, (system, _) in enumerate(prepared):
+        key = (
+            system.core.tobytes(),
+            system.force_columns.tobytes(),
+            system.motion_rows.tobytes(),
+            system.probe_rows.tobytes(),
+            tuple((force.law.name, id(force.law), len(force.parameters)) for force in system.forces),
+            tuple(row.tobytes() for row in (*system.inputs, *system.outputs)),
+        )
+        groups.setdefault(key, []).append(i)
+    return [
+        members[start : start + MOST_LANES]
+        for members in groups.values()
+        for start in range(0, len(members), MOST_LANES)
+    ]
+
+
+def _step(machine: Machine, rate_hz: float, step_s: float | None) -> int:
+    """Return how many steps make one output sample."""
+    longest = machine.definition.step_s if step_s is None else step_s
+    if not (math.isfinite(longest) and longest > 0):
+        raise InvalidValueError(f"step_s = {longest!r}; allowed: finite and more than 0.")
+    return max(2, math.ceil(1 / (rate_hz * longest) - 1e-9))
+
+
+def _result(
+    machine: Machine,
+    system: System,
+    profile: SpeedProfile,
+    signals: np.ndarray,
+    rate_hz: float,
+    step_s: float,
+    error: np.ndarray | None,
+) -> Simulation:
+    who = f"{machine.name} ({machine.preset_name}) with {dict(machine.changed)} and {list(machine.effects)}"
+    if not np.all(np.isfinite(signals)):
+        raise SimulationError(
+            f"The simulation of {who} became not a number. Try a shorter step than {step_s:.3g} s; if that does not "
+            "help, these parameters make the machine unstable."
+        )
+    quarter = signals.shape[1] // 4
+    if profile.is_steady and quarter > 8:
+        first, last = signals[:, :quarter].std(axis=1), signals[:, -quarter:].std(axis=1)
+        grown = (last > DRIFT * first) & (last > 1e-12)
+        if grown.any():
+            name = system.probes[int(np.argmax(grown))].name
+            raise SimulationError(
+                f"The simulation of {who} drifts: {name} is {last[grown][0] / max(first[grown][0], 1e-300):.3g} times "
+                "stronger at the end than at the start. The machine is unstable with these parameters, or it "
+                "needs a longer settle_s."
+            )
+    notes = [*system.notes]
+    for probe, signal in zip(system.probes, signals, strict=True):
+        peak = float(np.abs(signal).max())
+        if probe.limit is not None and peak > probe.limit:
+            notes.append(
+                f"{probe.name} reaches {peak:.3g} {probe.unit}, limit {probe.limit:.3g}: {probe.limit_message}"
+            )
+    time = np.arange(signals.shape[1]) / rate_hz
+    result = Simulation(
+        signals=signals,
+        rate_hz=rate_hz,
+        probes=system.probes,
+        phase_rad=profile.phase_rad(time),
+        speed_rad_s=profile.speed_rad_s(time),
+        step_s=step_s,
+        notes=tuple(notes),
+    )
+    return result if error is None else replace(result, errors=error)

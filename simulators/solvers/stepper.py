@@ -1,0 +1,168 @@
+"""Runs a group of lanes through the compiled loop: tables, start, blocks, decimation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..machine import Machine
+from ..speed_profile import SpeedProfile
+from ..system import System
+from .block_form import BlockForm, block_form
+from .decimation import Decimator, filter_half_length
+from .equilibrium import static_equilibrium
+from .plan import ForcePlan, block_signals, force_plan, quiet
+from .tables import jump_tables, step_tables
+
+#: Numbers in the signals of one block: small enough for the cache of the second level to help.
+BLOCK_NUMBERS = 400_000
+
+
+@dataclass(frozen=True)
+class LaneGroup:
+    """Machines that share a linear core, with their systems and speeds."""
+
+    machines: list[Machine]
+    profiles: list[SpeedProfile]
+    systems: list[System]
+
+
+class Stepper:
+    """The state of a group of lanes and what advances it.
+
+    Parameters
+    ----------
+    group : LaneGroup
+    step_s : float
+    start_s : float
+        Time of the first step.
+    modal, highest_hz
+        See `block_form`.
+    """
+
+    def __init__(
+        self,
+        group: LaneGroup,
+        *,
+        step_s: float,
+        start_s: float,
+        modal: bool = True,
+        highest_hz: float | None = None,
+    ) -> None:
+        self.system = group.systems[0]
+        self.step_s, self.start_s, self.done = step_s, start_s, 0
+        self.form = block_form(self.system, modal=modal, highest_hz=highest_hz)
+        self.plan = force_plan(group.systems, group.profiles)
+        self._tables = _kernel_tables(self.form, self.system, step_s)
+        self._jump = _kernel_jump(self.form, self.plan, step_s)
+        self.states = self.form.inverse @ static_equilibrium(self.system, self.plan, start_s)
+        total = int(self.plan.rows[-1, 6]) if len(self.plan.forces) else 0
+        self.block = int(np.clip(BLOCK_NUMBERS // max(1, 3 * total * self.plan.lanes), 64, 4096))
+
+    def advance(self, steps: int) -> np.ndarray:
+        """Advance by ``steps`` and return the probes at the start of each step, shape (steps, probes, lanes)."""
+        start = self.start_s + self.done * self.step_s
+        record = self._run(*block_signals(self.plan, start, self.step_s, steps), steps)
+        self.done += steps
+        return record
+
+    def _run(self, signals: np.ndarray, events: np.ndarray, branches: np.ndarray, steps: int) -> np.ndarray:
+        from .kernel import run_block
+
+        record = np.empty((steps, self._tables[8].shape[0], self.plan.lanes))
+        plan = self.plan
+        with quiet:
+            run_block(
+                plan.laws,
+                plan.rows,
+                plan.inputs,
+                plan.outputs,
+                plan.parameters,
+                self.step_s,
+                self._tables,
+                self._jump,
+                signals[:steps],
+                events,
+                branches,
+                self.states,
+                record,
+            )
+        return record
+
+
+def run_group(
+    group: LaneGroup,
+    *,
+    duration_s: float,
+    rate_hz: float,
+    settle_s: float,
+    factor: int,
+    modal: bool,
+    highest_hz: float | None,
+) -> list[np.ndarray]:
+    """Return the decimated probe signals of each lane, a list of (probes, samples).
+
+    Parameters
+    ----------
+    group : LaneGroup
+    duration_s, rate_hz, settle_s : float
+    factor : int
+        Steps for each output sample.
+    modal, highest_hz
+        See `block_form`.
+    """
+    step = 1.0 / (rate_hz * factor)
+    before = int(np.ceil(settle_s / step))
+    margin = filter_half_length(factor)
+    samples = int(np.floor(duration_s * rate_hz + 1e-9))
+    stepper = Stepper(group, step_s=step, start_s=-(before + margin) * step, modal=modal, highest_hz=highest_hz)
+    while stepper.done < before:
+        stepper.advance(min(stepper.block, before - stepper.done))
+        if not np.all(np.isfinite(stepper.states)):
+            break
+    decimate = Decimator(factor)
+    wanted = before + 2 * margin + (samples - 1) * factor + 1
+    parts = []
+    while stepper.done < wanted:
+        record = stepper.advance(min(stepper.block, wanted - stepper.done))
+        parts.append(decimate(record.reshape(record.shape[0], -1)))
+        if not np.all(np.isfinite(stepper.states)):
+            parts.append(np.full((samples, parts[-1].shape[1]), np.nan))
+            break
+    joined = np.concatenate(parts)[:samples].reshape(samples, -1, stepper.plan.lanes)
+    return [np.ascontiguousarray(joined[:, :, lane].T) for lane in range(stepper.plan.lanes)]
+
+
+def _kernel_tables(form: BlockForm, system: System, step_s: float) -> tuple[np.ndarray, ...]:
+    tables = step_tables(form, step_s)
+    return (
+        tables.full,
+        tables.first,
+        tables.last,
+        tables.half_rows,
+        tables.full_rows,
+        tables.stages,
+        tables.update,
+        np.ascontiguousarray(form.motion_rows),
+        np.ascontiguousarray(form.probe_rows),
+        np.ascontiguousarray(system.probe_columns),
+    )
+
+
+def _kernel_jump(form: BlockForm, plan: ForcePlan, step_s: float) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
+    """Return table spacing, state tables, motion-row tables and the numbers of the forces that jump."""
+    n = form.core.shape[0]
+    if not plan.jumping:
+        return step_s, np.zeros((1, 4, 2, n, 1)), np.zeros((1, 4, 2, 2, 1)), np.zeros(0, dtype=np.int64)
+    reads = [plan.inputs[plan.rows[k, 1] : plan.rows[k, 2]] for k in plan.jumping]
+    acts = [plan.outputs[plan.rows[k, 3] : plan.rows[k, 4]] for k in plan.jumping]
+    made = [jump_tables(form, form.force_columns[:, columns], step_s) for columns in acts]
+    deep, wide = max(r.size for r in reads), max(a.size for a in acts)
+    points = made[0].states.shape[1]
+    states = np.zeros((len(made), 4, points, n, wide))
+    rows = np.zeros((len(made), 4, points, deep, wide))
+    for i, (table, read, columns) in enumerate(zip(made, reads, acts, strict=True)):
+        states[i, ..., : columns.size] = table.states
+        rows[i, :, :, : read.size, : columns.size] = form.motion_rows[read] @ table.states
+    return made[0].spacing_s, states, rows, np.array(plan.jumping, dtype=np.int64)
