@@ -23,7 +23,7 @@ import numpy as np
 from ..errors import InvalidValueError
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ControllerMatrices:
     """State-space form of the path from displacement to current, x' = A x + B q, i = C x; read-only.
 

@@ -172,7 +172,7 @@ class Disc:
         return cls(node, mass, polar / 2 + mass * width_m**2 / 12, polar)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RotorMatrices:
     """Matrices of a free rotor, shape (4 nodes, 4 nodes), read-only, SI units.
 
@@ -207,8 +207,8 @@ def assemble_rotor(
 
     The section rotates and shears (Timoshenko) and has rotary inertia. The element is exact under end loads. Its
     natural frequencies omega are too high by about (k h)^4 / 1440 from bending, k being the wave number and h the
-    element length, plus rho omega^2 h^2 / (24 kappa G) from shear: fourth order for slender, second for thick shafts.
-    Bending and torsion are not coupled.
+    element length, plus at most rho omega^2 h^2 / (24 kappa G) from shear: fourth order for slender, second
+    for thick shafts. Bending and torsion are not coupled.
 
     Parameters
     ----------

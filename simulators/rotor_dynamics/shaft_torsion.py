@@ -15,7 +15,7 @@ import numpy as np
 from .shaft_elements import Disc, Material, ShaftElement, node_count, node_positions_m, read_only, require_node
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class TorsionMatrices:
     """Matrices of a shaft free to turn, read-only, SI units.
 
