@@ -170,11 +170,11 @@ class SpurPair:
         def model(phase: np.ndarray) -> np.ndarray:
             return sum((self.pair_stiffness_n_m(phase + number) for number in range(pairs)), np.zeros_like(phase))
 
-        domain = [start - _OVERLAP, end + _OVERLAP]
-        check = np.linspace(*domain, 401)
+        low, high = start - _OVERLAP, end + _OVERLAP
+        check = np.linspace(low, high, 401)
         truth = model(check)
         for degree in _DEGREES:
-            fit = np.polynomial.Chebyshev.interpolate(model, degree, domain)
+            fit = np.polynomial.Chebyshev.interpolate(model, degree, [low, high])
             powers = fit(Polynomial([start, 1.0])).coef
             error = float(np.abs(np.polynomial.polynomial.polyval(check - start, powers) / truth - 1).max())
             if error < _FIT_ERROR:

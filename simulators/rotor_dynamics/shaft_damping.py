@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..errors import InvalidValueError
-from .shaft_elements import require_positive
+from .shaft_parts import require_positive
 
 # Modes closer than this (relative) are one mode in two planes: round-off splits such pairs by about 1e-10.
 _SAME_FREQUENCY = 1e-6

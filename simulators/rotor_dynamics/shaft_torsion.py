@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .shaft_elements import Disc, Material, ShaftElement, node_count, node_positions_m, read_only, require_node
+from .shaft_elements import node_count, node_positions_m, read_only, require_node
+from .shaft_parts import Disc, Material, ShaftElement
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import InvalidValueError
-from .shaft_elements import Material, require_positive
+from .shaft_parts import Material, require_positive
 
 # Sainsot 2004, table 1: rows L*, M*, P*, Q*; factors of 1/theta^2, h^2, h/theta, 1/theta, h, 1.
 _BODY = np.array(

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from rotorwise.simulators.errors import InvalidValueError
 from rotorwise.simulators.rotor_dynamics import spur_gear
 from rotorwise.simulators.rotor_dynamics.gear_mesh_stiffness import SpurPair
-from rotorwise.simulators.rotor_dynamics.shaft_elements import Material
+from rotorwise.simulators.rotor_dynamics.shaft_parts import Material
 from rotorwise.simulators.rotor_dynamics.spur_gear import SpurGear, beam_energy_density
 from scipy.integrate import quad
 

@@ -7,13 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rotorwise.simulators.errors import InvalidValueError
-from rotorwise.simulators.rotor_dynamics.shaft_elements import (
-    Disc,
-    Material,
-    ShaftElement,
-    assemble_rotor,
-    plane_matrices,
-)
+from rotorwise.simulators.rotor_dynamics.shaft_elements import assemble_rotor, plane_matrices
+from rotorwise.simulators.rotor_dynamics.shaft_parts import Disc, Material, ShaftElement
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 

@@ -10,7 +10,8 @@ from rotorwise.simulators.rotor_dynamics.shaft_damping import (
     modal_damping,
     stiffness_proportional_damping,
 )
-from rotorwise.simulators.rotor_dynamics.shaft_elements import Disc, Material, ShaftElement, assemble_rotor
+from rotorwise.simulators.rotor_dynamics.shaft_elements import assemble_rotor
+from rotorwise.simulators.rotor_dynamics.shaft_parts import Disc, Material, ShaftElement
 from rotorwise.simulators.rotor_dynamics.shaft_torsion import assemble_torsion
 from scipy.linalg import eigh
 
