@@ -76,7 +76,7 @@ def test_deflection_of_the_ellipse_solves_hertz_pressure_at_the_centre():
     ],
 )
 def test_harris_table_of_dimensionless_contact_parameters(difference, long_axis, short_axis, deflection):
-    """T. A. Harris, Rolling Bearing Analysis, 4th ed., table 6.1 (four figures; the last may be off by two)."""
+    """T. A. Harris, Rolling Bearing Analysis: table of a*, b*, delta* against F(rho), printed with four figures."""
     shape = contact_ellipse((1 + difference) / (1 - difference))
     k, first, second = shape.ellipticity, shape.first_integral, shape.second_integral
     assert (2 * k**2 * second / math.pi) ** (1 / 3) == pytest.approx(long_axis, rel=1e-3)
@@ -86,7 +86,7 @@ def test_harris_table_of_dimensionless_contact_parameters(difference, long_axis,
 
 @pytest.mark.parametrize(("inner", "curvature_sum", "difference"), [(True, 0.202, 0.9399), (False, 0.138, 0.9120)])
 def test_harris_209_bearing_curvatures(inner, curvature_sum, difference):
-    """Harris, 4th ed., example 2.2: bearing 209, curvature sum in 1/mm and curvature difference."""
+    """Harris, example bearing 209: curvature sum in 1/mm and curvature difference."""
     along, across = raceway_radii_m(**BEARING_209, race_conformity=0.52, inner=inner)
     # Harris's sum counts both bodies in both directions: 1/R_1 + 1/R_2.
     assert (1 / along + 1 / across) / 1e3 == pytest.approx(curvature_sum, abs=5e-4)
@@ -95,7 +95,7 @@ def test_harris_209_bearing_curvatures(inner, curvature_sum, difference):
 
 @pytest.mark.parametrize("inner", [True, False])
 def test_harris_load_deflection_constant_of_steel(inner):
-    """Harris, 4th ed., Eq (7.6): K_p = 2.15e5 (curvature sum)^(-1/2) (delta*)^(-3/2) N/mm^1.5, steel on steel."""
+    """Harris: K_p = 2.15e5 (curvature sum)^(-1/2) (delta*)^(-3/2) N/mm^1.5, steel on steel."""
     along, across = raceway_radii_m(**BEARING_209, race_conformity=0.52, inner=inner)
     shape = contact_ellipse(across / along)
     star = 2 * shape.first_integral / math.pi
