@@ -82,7 +82,7 @@ def block_form(system: System, *, modal: bool = True, highest_hz: float | None =
         first += [at] * len(parts)
         last += [at + len(parts)] * len(parts)
     basis = np.array(columns).T
-    # Displacements and velocities differ by orders of magnitude; only after equal scaling does the number mean rounding.
+    # Displacements and velocities differ by orders of magnitude; only with rows of equal size it is meaningful.
     scale = np.abs(basis).max(axis=1, keepdims=True)
     if not np.all(scale > 0) or np.linalg.cond(basis / scale) > WORST_CONDITION:
         return whole

@@ -16,7 +16,7 @@ _MATH = {"contract"}
 
 @numba.njit(cache=True, fastmath=_MATH, error_model="numpy", nogil=True)
 def _add_product(matrix, vectors, result):  # type: ignore[no-untyped-def]
-    """result += matrix @ vectors, lanes last."""
+    """Do result += matrix @ vectors, lanes last."""
     for i in range(matrix.shape[0]):
         for j in range(matrix.shape[1]):
             weight = matrix[i, j]
@@ -47,7 +47,7 @@ def _forces(laws, plan, inputs, outputs, signals, parameters, x, u):  # type: ig
 
 @numba.njit(cache=True, error_model="numpy", nogil=True)
 def _hermite(tables, k, spacing, tau, result):  # type: ignore[no-untyped-def]
-    """result = P_k(tau) by cubic interpolation; the derivative of P_k is P_(k-1)."""
+    """Set result = P_k(tau) by cubic interpolation; the derivative of P_k is P_(k-1)."""
     points = tables.shape[1]
     at = min(int(tau / spacing), points - 2)
     s = tau / spacing - at
@@ -65,7 +65,7 @@ def _hermite(tables, k, spacing, tau, result):  # type: ignore[no-untyped-def]
 
 @numba.njit(cache=True, error_model="numpy", nogil=True)
 def _jump_difference(law, old, new, parameters, smooth, moved, reads, acts, u):  # type: ignore[no-untyped-def]
-    """u = force on the new branch at the moved point - force on the old branch at the smooth continuation."""
+    """Set u = force on the new branch at the moved point - force on the old branch at the smooth continuation."""
     u[:] = 0.0
     law(old, parameters, smooth, reads, acts, u)
     for i in range(u.shape[0]):

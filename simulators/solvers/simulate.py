@@ -14,7 +14,6 @@ from ..errors import InvalidValueError, RotorwiseError
 from ..machine import Machine
 from ..speed_profile import SpeedProfile, as_profile
 from ..system import System
-
 from .stepper import LaneGroup, run_group
 
 #: More lanes than this side by side bring nothing: their states no longer fit the cache.
