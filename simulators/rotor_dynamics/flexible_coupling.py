@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -43,7 +43,7 @@ DIRECTIONS = (*LATERAL, "torsion", "axial")
 HARMONICS = 6
 
 # Parameters of the law: sign, stiffness, damping; offset constant, cos, sin; then cos and sin of each harmonic.
-_OFFSETS, _SERIES = 3, 6
+_SERIES = 6
 
 
 def _coupling_signals(timeline: Timeline, parameters: np.ndarray) -> np.ndarray:
@@ -63,6 +63,33 @@ def _coupling_signals(timeline: Timeline, parameters: np.ndarray) -> np.ndarray:
 
 
 FLEXIBLE_COUPLING = Law("flexible coupling", _coupling_signals)
+
+
+@dataclass(frozen=True)
+class CouplingDirection:
+    """What one direction of a coupling consists of.
+
+    Attributes
+    ----------
+    stiffness : float
+        Mean, N/m or N.m/rad; negative with the reversed sign.
+    offset : tuple of float
+        Misalignment s = offset[0] + offset[1] cos(phi) + offset[2] sin(phi), m or rad.
+    """
+
+    stiffness: float
+    offset: tuple[float, float, float]
+
+
+def split_parameters(force: InterfaceForce) -> CouplingDirection:
+    """Return stiffness and misalignment of a force made by a flexible coupling."""
+    values = force.parameters
+    return CouplingDirection(values[0] * values[1], (values[3], values[4], values[5]))
+
+
+def without_harmonics(force: InterfaceForce) -> InterfaceForce:
+    """Return a force made by a flexible coupling with its stiffness constant."""
+    return replace(force, parameters=(*force.parameters[:_SERIES], *[0.0] * (2 * HARMONICS)))
 
 
 @dataclass
