@@ -24,8 +24,9 @@ from ..system import System
 from .equilibrium import interface_forces, lane_signals
 from .plan import ForcePlan, force_plan
 
-#: Signals are sampled this many times finer than the highest harmonic.
-OVERSAMPLING = 8
+#: Signals are sampled this many times finer than the highest harmonic; finer where they jump, as a jump is then known
+#: to within one sample.
+OVERSAMPLING, OVERSAMPLING_OF_JUMPS = 8, 128
 MOST_STEPS = 40
 TOLERANCE = 1e-10
 
@@ -103,7 +104,8 @@ def harmonic_balance(machine: Machine, *, speed_rpm: float, harmonics: int = 8, 
     system = machine.system(speed_rpm=profile)
     plan = force_plan([system], [profile])
     count = harmonics * revolutions
-    instants = 2 ** math.ceil(math.log2(OVERSAMPLING * (count + 1)))
+    finer = OVERSAMPLING_OF_JUMPS if plan.jumping else OVERSAMPLING
+    instants = 2 ** math.ceil(math.log2(finer * (count + 1)))
     signals = _periodic_signals(plan, instants, revolutions)
     base = profile.speeds_rad_s[0] / revolutions
     responses = interface_responses(system, base * np.arange(count + 1))

@@ -47,7 +47,8 @@ def _build_duffing(assembly, values, switches):
     assembly.add_coordinate("a", mass=1.0, vertical=True)
     assembly.add_spring({"a": 1.0}, stiffness=values["stiffness"], damping=values["damping"])
     x = ({"a": 1.0},)
-    assembly.forces.append(InterfaceForce("cubic", CUBIC, (values["cubic"],), x, x))
+    if values["cubic"]:
+        assembly.forces.append(InterfaceForce("cubic", CUBIC, (values["cubic"],), x, x))
     assembly.forces.append(InterfaceForce("parametric", PARAMETRIC, (values["parametric"],), x, x))
     assembly.forces.append(harmonic_force("drive", x, order=1.0, cos=(values["drive"],), sin=(0.0,)))
     add_probes(assembly, "a")
