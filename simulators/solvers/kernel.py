@@ -81,6 +81,10 @@ def _jump(law, branches, parameters, x0, x1, step, tau, spacing, states, rows, c
     motion between them is their cubic interpolant d(s). The force difference g(s) is sampled at the jump, half-way
     and at the end, on the moved point, in two sweeps; its quadratic g0 + a s + b s^2 / 2 then meets the tables.
     """
+    change[:] = 0.0
+    # A jump on the end of the step, as a mesh in a whole ratio to the step makes, has no time to act in it.
+    if tau <= 0.0:
+        return
     count, columns = x0.shape[0] // 2, rows.shape[3]
     reads, acts = np.arange(2 * count), np.arange(columns)
     smooth, moved = np.zeros((3, 2 * count, 1)), np.zeros((3, 2 * count, 1))
@@ -128,6 +132,30 @@ def _jump(law, branches, parameters, x0, x1, step, tau, spacing, states, rows, c
         for i in range(whole.shape[0]):
             for j in range(columns):
                 change[i] += whole[i, j] * weights[k - 1, j]
+
+
+@numba.njit(cache=True, error_model="numpy", nogil=True)
+def _apply_jump(
+    laws, plan, inputs, parameters, step_s, jump, event, branches, motion_rows, x, stage, following, change
+):  # type: ignore[no-untyped-def]
+    """Correct one lane's state and motions at the end of a step for the jump of one force inside it."""
+    lane, which = int(event[1]), int(event[2])
+    k = jump[3][which]
+    reads = inputs[plan[k, 1] : plan[k, 2]]
+    own = np.ascontiguousarray(parameters[plan[k, 7] : plan[k, 8], lane]).reshape(-1, 1)
+    x0, x1 = np.zeros((reads.size, 1)), np.zeros((reads.size, 1))
+    for i in range(reads.size):
+        x0[i, 0], x1[i, 0] = x[reads[i], lane], stage[reads[i], lane]
+    _jump(
+        laws[plan[k, 0]], branches, own, x0, x1, step_s, event[3], jump[0], jump[1][which], jump[2][which], change
+    )  # fmt: skip
+    for i in range(following.shape[0]):
+        following[i, lane] += change[i]
+    for i in range(motion_rows.shape[0]):
+        total = 0.0
+        for j in range(following.shape[0]):
+            total += motion_rows[i, j] * following[j, lane]
+        stage[i, lane] = total
 
 
 @numba.njit(cache=True, fastmath=_MATH, error_model="numpy", nogil=True)
@@ -190,24 +218,10 @@ def run_block(laws, plan, inputs, outputs, parameters, step_s, tables, jump, sig
         stage[:] = 0.0
         _add_product(motion_rows, following, stage)
         while event < events.shape[0] and events[event, 0] == step:
-            lane, which = int(events[event, 1]), int(events[event, 2])
-            k = int(jump[3][which])
-            kind, reads = plan[k, 0], inputs[plan[k, 1] : plan[k, 2]]
-            own = np.ascontiguousarray(parameters[plan[k, 7] : plan[k, 8], lane]).reshape(-1, 1)
-            x0, x1 = np.zeros((reads.size, 1)), np.zeros((reads.size, 1))
-            for i in range(reads.size):
-                x0[i, 0], x1[i, 0] = x[reads[i], lane], stage[reads[i], lane]
-            _jump(
-                laws[kind], branches[event], own, x0, x1, step_s, events[event, 3], jump[0], jump[1][which],
-                jump[2][which], change,
+            _apply_jump(
+                laws, plan, inputs, parameters, step_s, jump, events[event], branches[event], motion_rows, x, stage,
+                following, change,
             )  # fmt: skip
-            for i in range(n):
-                following[i, lane] += change[i]
-            for i in range(p):
-                total = 0.0
-                for j in range(n):
-                    total += motion_rows[i, j] * following[j, lane]
-                stage[i, lane] = total
             event += 1
         y[:] = following
         x[:] = stage
