@@ -1,0 +1,213 @@
+"""Gear mesh: a spring that pulses with the teeth, a damper, backlash and transmission errors.
+
+With the approach d of the teeth along the line of action, the error e(phi) and the number of tooth pairs in contact
+jumping at known shaft angles, the force along the line of action is
+
+    F = k(phi) (d - e) + c (d' - e')             driving flanks in contact, d - e > 0
+    F = 0                                        within the backlash b, -b <= d - e <= 0
+    F = k(phi) (d - e + b) + c (d' - e')         rear flanks in contact, d - e < -b
+
+The damping force goes with the contact: teeth apart exchange no force. The linear core holds the mean stiffness and the
+damper; the interface force is the difference, so that it vanishes for a constant stiffness without error or separation.
+
+Source: the bearing-rotor-gear study (paper 001 of this project), Eqs (6)-(8), there without backlash. Separation:
+A. Kahraman and R. Singh, "Non-linear dynamics of a spur gear pair", J. Sound Vib. 142 (1990) 49-75.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..assembly import Assembly
+from ..errors import InvalidValueError
+from ..law import Direction, InterfaceForce, Law, Timeline, compiled_force
+from .gear_mesh_stiffness import SpurPair, StiffnessBranch
+
+# Parameters of the law: these, then two polynomials of equal length, then (order, cosine, sine) of each error.
+_ORDER, _START, _CHANGE, _MEAN, _DAMPING, _BACKLASH, _SEPARATES, _MEAN_ERROR, _POWERS, _SERIES = range(10)
+
+
+def _mesh_signals(timeline: Timeline, parameters: np.ndarray, *, branch_rad: np.ndarray | None = None) -> np.ndarray:
+    """Return stiffness, error and rate of error."""
+    powers = int(parameters[_POWERS, 0])
+    first = parameters[_SERIES : _SERIES + powers]
+    second = parameters[_SERIES + powers : _SERIES + 2 * powers]
+    pitches = parameters[_ORDER] / (2 * math.pi)
+    branch = (timeline.phase_rad if branch_rad is None else branch_rad) * pitches + parameters[_START]
+    tooth = np.floor(branch)
+    is_first = branch - tooth < parameters[_CHANGE]
+    # Unwrapped against the branch's own tooth: past a jump the branch is continued, not the stiffness.
+    local = timeline.phase_rad * pitches + parameters[_START] - tooth - np.where(is_first, 0.0, parameters[_CHANGE])
+    stiffness = np.zeros(local.shape)
+    for a, b in zip(first[::-1], second[::-1], strict=True):
+        stiffness = stiffness * local + np.where(is_first, a, b)
+    error, rate = _error_signals(timeline, parameters[_SERIES + 2 * powers :])
+    return np.stack([stiffness, error + parameters[_MEAN_ERROR], rate])
+
+
+def _error_signals(timeline: Timeline, series: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    error, rate = np.zeros(timeline.phase_rad.shape), np.zeros(timeline.phase_rad.shape)
+    for order, a, b in zip(series[::3], series[1::3], series[2::3], strict=True):
+        if a.any() or b.any():
+            cos, sin = timeline.cos_sin(order)
+            error = error + a * cos + b * sin
+            rate = rate + order * timeline.speed_rad_s * (b * cos - a * sin)
+    return error, rate
+
+
+def _mesh_jumps(parameters: np.ndarray, start_rad: float, stop_rad: float) -> np.ndarray:
+    """Return the shaft angles in (start, stop] where a pair of teeth enters or leaves."""
+    pitches, offset = parameters[_ORDER] / (2 * math.pi), parameters[_START]
+    found = []
+    for phase in (0.0, parameters[_CHANGE]):
+        low, high = start_rad * pitches + offset - phase, stop_rad * pitches + offset - phase
+        numbers = np.arange(math.floor(low) + 1, math.floor(high) + 1)
+        found.append((numbers + phase - offset) / pitches)
+    return np.sort(np.concatenate(found))
+
+
+@compiled_force
+def _mesh_force(signals, parameters, x, inputs, outputs, u):  # type: ignore[no-untyped-def]
+    approach, speed, acts = inputs[0], inputs[1], outputs[0]
+    for lane in range(u.shape[1]):
+        gap = x[approach, lane] - signals[1, lane]
+        force = signals[0, lane] * gap + parameters[_DAMPING, lane] * (x[speed, lane] - signals[2, lane])
+        if parameters[_SEPARATES, lane] > 0.0 and gap <= 0.0:
+            if gap < -parameters[_BACKLASH, lane]:
+                force += signals[0, lane] * parameters[_BACKLASH, lane]
+            else:
+                force = 0.0
+        linear = parameters[_MEAN, lane] * x[approach, lane] + parameters[_DAMPING, lane] * x[speed, lane]
+        u[acts, lane] -= force - linear
+
+
+GEAR_MESH = Law("gear mesh", _mesh_signals, _mesh_force, _mesh_jumps)
+
+
+@dataclass
+class GearMesh:
+    """A pair of gears in mesh; a component with the role "mesh". See the module for the law.
+
+    Parameters
+    ----------
+    name : str
+    along : Direction
+        Approach d of the driving flanks.
+    branches : pair of StiffnessBranch
+        Stiffness from the first contact of a pair to the jump, and from the jump to the next first contact.
+    mesh_order : float
+        Tooth engagements per turn of the reference shaft.
+    damping_n_s_m : float
+    backlash_m : float
+        Along the line of action.
+    reaction : Direction, optional
+        Where the force acts; ``along`` unless a print leaves out a reaction.
+    separates : bool
+        False for teeth that also pull (as if glued).
+    first_contact_pitches : float
+        Mesh phase at shaft angle 0, in pitches; a pair enters at 0.
+    mean_error_m : float
+        Constant part of the error.
+    """
+
+    name: str
+    along: Direction
+    branches: tuple[StiffnessBranch, StiffnessBranch]
+    mesh_order: float
+    damping_n_s_m: float
+    backlash_m: float
+    reaction: Direction | None = None
+    separates: bool = True
+    first_contact_pitches: float = 0.0
+    mean_error_m: float = 0.0
+    #: Error by order of the reference shaft: cosine part less 1j times sine part.
+    errors: dict[float, complex] = field(default_factory=dict)
+    roles: frozenset[str] = frozenset({"mesh"})
+
+    def __post_init__(self) -> None:
+        for what, value in (("damping", self.damping_n_s_m), ("backlash", self.backlash_m)):
+            if not 0 <= value < math.inf:
+                raise InvalidValueError(f"Gear mesh {self.name}: {what} {value}; allowed: at least 0. Correct it.")
+
+    @property
+    def mean_stiffness_n_m(self) -> float:
+        """Mean stiffness over one pitch."""
+        return sum(branch.integral_n_m for branch in self.branches)
+
+    def add_error(self, *, order: float, amplitude_m: float, angle_rad: float) -> None:
+        """Add e = amplitude sin(order phi + angle) to the transmission error; errors of one order add as vectors.
+
+        Parameters
+        ----------
+        order : float
+            Of the reference shaft: 1 for a run-out of a gear on it, ``mesh_order`` for an error of every tooth.
+        amplitude_m, angle_rad : float
+        """
+        value = amplitude_m * complex(math.sin(angle_rad), -math.cos(angle_rad))
+        self.errors[order] = self.errors.get(order, 0j) + value
+
+    def interface_force(self) -> InterfaceForce:
+        """Return what the linear core leaves out, as an interface force."""
+        first, second = (branch.coefficients for branch in self.branches)
+        powers = max(first.size, second.size)
+        polynomials = [np.pad(own, (0, powers - own.size)) for own in (first, second)]
+        series = [number for order, e in self.errors.items() for number in (order, e.real, -e.imag)]
+        head = {
+            _ORDER: self.mesh_order,
+            _START: self.first_contact_pitches,
+            _CHANGE: self.branches[0].end_phase,
+            _MEAN: self.mean_stiffness_n_m,
+            _DAMPING: self.damping_n_s_m,
+            _BACKLASH: self.backlash_m,
+            _SEPARATES: float(self.separates),
+            _MEAN_ERROR: self.mean_error_m,
+            _POWERS: float(powers),
+        }
+        parameters = np.concatenate([[head[row] for row in range(_SERIES)], *polynomials, series])
+        acts = self.along if self.reaction is None else self.reaction
+        return InterfaceForce(self.name, GEAR_MESH, tuple(parameters.tolist()), (acts,), (self.along,), (self.along,))
+
+    def finish(self, assembly: Assembly) -> None:
+        """Add mean stiffness and damping to the linear core and the rest as a force."""
+        names = list(self.along)
+        reads = np.array([self.along[name] for name in names])
+        acts = reads if self.reaction is None else np.array([self.reaction.get(name, 0.0) for name in names])
+        assembly.add_matrix("stiffness", names, self.mean_stiffness_n_m * np.outer(acts, reads))
+        assembly.add_matrix("damping", names, self.damping_n_s_m * np.outer(acts, reads))
+        assembly.forces.append(self.interface_force())
+
+
+def mesh_damping_n_s_m(*, stiffness_n_m: float, damping_ratio: float, effective_mass_kg: float) -> float:
+    """Return c = 2 zeta sqrt(k m), N.s/m, for a mesh of mean stiffness k between gears of effective mass m.
+
+    For two gears that only turn, 1/m = R_1^2 / I_1 + R_2^2 / I_2 with the base radii R.
+    """
+    return 2 * damping_ratio * math.sqrt(stiffness_n_m * effective_mass_kg)
+
+
+def misprinted_branches(pair: SpurPair) -> tuple[StiffnessBranch, StiffnessBranch]:
+    """Return the mesh stiffness that Eq (7) of paper 001 gives when taken literally.
+
+    Double contact: the compliances of both pairs added, as if one pair carried the other (true: the stiffnesses add).
+    Single contact: the compliance of the contact counted three times (true: once).
+    """
+
+    def double(phase: np.ndarray) -> np.ndarray:
+        return 1 / (1 / pair.pair_stiffness_n_m(phase) + 1 / pair.pair_stiffness_n_m(phase + 1))
+
+    def single(phase: np.ndarray) -> np.ndarray:
+        return 1 / (1 / pair.pair_stiffness_n_m(phase) + 2 * pair.contact_compliance_m_n)
+
+    fitted = []
+    for true, model in zip(pair.branches, (double, single), strict=True):
+        ends = [true.start_phase - 0.05, true.end_phase + 0.05]
+        curve = np.polynomial.Chebyshev.interpolate(model, true.coefficients.size - 1, ends)
+        powers = curve(np.polynomial.Polynomial([true.start_phase, 1.0])).coef
+        check = np.linspace(*ends, 101)
+        values = np.polynomial.polynomial.polyval(check - true.start_phase, powers)
+        error = float(np.abs(values / model(check) - 1).max())
+        fitted.append(StiffnessBranch(true.pairs, true.start_phase, true.end_phase, powers, error))
+    return fitted[0], fitted[1]
