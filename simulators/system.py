@@ -181,12 +181,8 @@ def _probe_matrices(
 
 
 def _gyroscopic_signals(timeline: Timeline, parameters: np.ndarray) -> np.ndarray:
-    """Coefficients -(speed - reference) on the diagonal: one input and one output for each row of G."""
-    count = parameters.shape[0] - 1
-    signals = np.zeros((count + count * count, *timeline.time_s.shape))
-    for i in range(count):
-        signals[count + i * count + i] = -(timeline.speed_rad_s - parameters[0])
-    return signals
+    """No force without motion, then the coefficient -(speed - reference) of one row of G q'."""
+    return np.stack([np.zeros(timeline.speed_rad_s.shape), -(timeline.speed_rad_s - parameters[0])])
 
 
 def _inertia_signals(timeline: Timeline, parameters: np.ndarray) -> np.ndarray:
@@ -200,12 +196,11 @@ INERTIA_TORQUE = Law("inertia torque of a changing speed", _inertia_signals)
 def _speed_change_forces(assembly: Assembly, names: tuple[str, ...], mass: np.ndarray) -> list[InterfaceForce]:
     forces = []
     gyroscopic = _matrix(assembly.gyroscopic, names)
-    turning = np.flatnonzero(gyroscopic.any(axis=1))
-    if turning.size:
-        read = tuple({names[j]: float(gyroscopic[i, j]) for j in np.flatnonzero(gyroscopic[i])} for i in turning)
-        parameters = (assembly.speed_rad_s, *np.ones(turning.size))
-        acts = tuple({names[i]: 1.0} for i in turning)
-        forces.append(InterfaceForce("gyroscopic change", GYROSCOPIC_CHANGE, parameters, acts, (), read))
+    # One force a row: a single force of n rows would have n x n coefficients, nearly all of them zero.
+    for i in np.flatnonzero(gyroscopic.any(axis=1)):
+        read = {names[j]: float(gyroscopic[i, j]) for j in np.flatnonzero(gyroscopic[i])}
+        name = f"gyroscopic change at {names[i]}"
+        forces.append(InterfaceForce(name, GYROSCOPIC_CHANGE, (assembly.speed_rad_s,), ({names[i]: 1.0},), (), (read,)))
     if assembly.torsional:
         torque = mass @ _vector(assembly.torsional, names)
         acts = ({names[i]: float(torque[i]) for i in np.flatnonzero(torque)},)
