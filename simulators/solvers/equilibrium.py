@@ -10,19 +10,21 @@ from .plan import ForcePlan
 
 #: Angles of the first revolution over which the signals are averaged.
 ANGLES = 64
-MOST_STEPS = 30
+MOST_STEPS = 60
+#: First step of the search in seconds; every further one is twice as long, until each is one of Newton's method.
+FIRST_STEP_S, LONGEST_STEP_S = 1e-5, 1e6
 
 
 def static_equilibrium(system: System, plan: ForcePlan, start_s: float) -> np.ndarray:
     """Return states (states, lanes) with L y + B u(mean signals, C y) = 0, or zero where none is found.
 
-    Newton's method with the interface forces' finite-difference slope; the least-squares solution where the machine
-    has a motion that nothing holds.
+    Implicit Euler steps of growing length with the interface forces' finite-difference slope: the machine settles
+    heavily damped. Newton's method alone fails where play leaves a shaft free until a contact closes.
     """
     states = np.zeros((system.states, plan.lanes))
     for lane in range(plan.lanes):
         means = _mean_signals(plan, lane, start_s)
-        found = _newton(system, plan, lane, means)
+        found = _settle(system, plan, lane, means)
         if found is not None:
             states[:, lane] = found
     return states
@@ -67,13 +69,13 @@ def _mean_signals(plan: ForcePlan, lane: int, start_s: float) -> list[np.ndarray
     return [own.mean(axis=1, keepdims=True) for own in lane_signals(plan, lane, timeline)]
 
 
-def _newton(system: System, plan: ForcePlan, lane: int, means: list[np.ndarray]) -> np.ndarray | None:
+def _settle(system: System, plan: ForcePlan, lane: int, means: list[np.ndarray]) -> np.ndarray | None:
     motions, forces = system.motion_rows.shape[0], system.force_columns.shape[1]
     if forces == 0:
         return np.zeros(system.states)
     state = np.zeros(system.states)
     best, best_size = None, np.inf
-    for _ in range(MOST_STEPS):
+    for step in range(MOST_STEPS):
         x = system.motion_rows @ state
         width = 1e-9 + 1e-6 * np.abs(x)
         points = np.concatenate([x[:, None], x[:, None] + np.diag(width), x[:, None] - np.diag(width)], axis=1)
@@ -87,8 +89,8 @@ def _newton(system: System, plan: ForcePlan, lane: int, means: list[np.ndarray])
             best, best_size = state, size
         slope = (u[:, 1 : 1 + motions] - u[:, 1 + motions :]) / (2 * width)
         jacobian = system.core + system.force_columns @ slope @ system.motion_rows
-        change = np.linalg.lstsq(jacobian, -residual, rcond=None)[0]
         if size < 1e-9 * max(1.0, float(np.linalg.norm(system.force_columns @ u[:, 0]))):
             return best
-        state = state + change
+        duration = min(FIRST_STEP_S * 2.0**step, LONGEST_STEP_S)
+        state = state + np.linalg.solve(np.eye(system.states) / duration - jacobian, residual)
     return best
