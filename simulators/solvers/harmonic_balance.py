@@ -137,8 +137,19 @@ def interface_responses(system: System, frequencies_rad_s: np.ndarray) -> np.nda
 def _solve(system: System, frequency_rad_s: float, columns: np.ndarray) -> np.ndarray:
     matrix = 1j * frequency_rad_s * np.eye(system.states) - system.core
     if frequency_rad_s == 0:
-        return np.linalg.lstsq(-system.core, columns, rcond=1e-14)[0].astype(complex)
+        return _static_response(system.core, columns).astype(complex)
     return np.linalg.solve(matrix, columns)
+
+
+def _static_response(core: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Return -L^-1 B without the motions that nothing holds.
+
+    Balanced first: states in m, m/s and V differ so much in size that the cut for "nothing holds" would hit others.
+    """
+    from scipy.linalg import matrix_balance
+
+    balanced, (scale, _) = matrix_balance(core, permute=False, separate=True)
+    return (np.linalg.lstsq(-balanced, (columns.T / scale).T, rcond=1e-14)[0].T * scale).T
 
 
 def _state_responses(system: System, frequencies_rad_s: np.ndarray, forces: np.ndarray) -> np.ndarray:
