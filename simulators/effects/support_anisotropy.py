@@ -1,0 +1,59 @@
+"""Support anisotropy: supports are not equally stiff in both directions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ..effect import Effect, Line
+from ..parameter import Uniform, parameter
+from ..rotor_dynamics.support import chosen_supports
+
+if TYPE_CHECKING:
+    from ..assembly import Assembly
+    from ..machine import Machine
+
+
+@dataclass(frozen=True, kw_only=True)
+class SupportAnisotropy(Effect):
+    """k_x -> (1 + fraction) k_x: a turning force then makes an elliptic orbit, a part of which turns backward."""
+
+    NAME = "support_anisotropy"
+    STAGE = "structure"
+    ROLE = "support"
+    MEANING = "The supports are stiffer in one direction than in the other; most are softer sideways."
+    CHECK = "Compare 1X, its phase and the natural frequencies in x and y (bump test); look at the pedestal's shape."
+    RIVALS = {
+        "coupling_misalignment": "bump test in x and y; alignment corrected",
+        "structural_resonance": "run-up: a resonance of one direction moves through the speed range, stiffness does not",
+    }
+    REFERENCES = (
+        "M. I. Friswell et al., Dynamics of Rotating Machines, Cambridge 2010, sections 3.6 and 6.3 (orbits on "
+        "anisotropic supports)",
+    )
+
+    fraction: float = parameter(
+        unit="",
+        bounds=(-0.9, 2.0),
+        zero=0.0,
+        prior=Uniform(-0.6, 0.0),
+        meaning="change of the horizontal stiffness k_x over its value; negative is softer",
+        source="pedestals are softer sideways, by up to a half, seldom more; Friswell takes 0.5-1 for k_x / k_y",
+    )
+
+    def contribute(self, assembly: Assembly) -> None:
+        """Scale k_x of the named support, or of all supports when no name is given."""
+        for support in chosen_supports(assembly, self.at):
+            support.scale_stiffness(x=1.0 + self.fraction)
+
+    def signature(self, machine: Machine) -> tuple[Line, ...]:
+        """Return 3X of the shaft and 2X of the twist with a bolted coupling, else 1X in x.
+
+        The backward part of the orbit at 1X makes a torque at 2X in an offset flange, and that makes 3X.
+        """
+        assembly = machine.bare_assembly()
+        for part in assembly.components.values():
+            if "bolted_coupling" in part.roles:
+                ratio = part.second.shaft_ratio
+                return (Line(2 * ratio, "torsion"), Line(3 * ratio))
+        return (Line(1.0, "x"),)
