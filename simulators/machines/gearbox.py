@@ -355,7 +355,7 @@ DEFINITION = MachineDefinition(
     },
     build=build,
     step_s=1 / 60000,
-    settle_s=0.3,
+    settle_s=0.5,
     load_parameter="load_torque_n_m",
     references=(
         "F. Wang, P. Dai, J. Wang, L. Niu, Vibration responses of the bearing-rotor-gear system with the misaligned "

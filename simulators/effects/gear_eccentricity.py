@@ -1,0 +1,71 @@
+"""Gear eccentricity: the pitch circle of a gear runs out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ..effect import Effect, Line
+from ..parameter import LogNormal, Uniform, parameter
+
+if TYPE_CHECKING:
+    from ..assembly import Assembly
+    from ..machine import Machine
+
+
+@dataclass(frozen=True, kw_only=True)
+class GearEccentricity(Effect):
+    """e = r sin(n phi + psi) in the transmission error, n being the gear's speed over the reference shaft's.
+
+    The pulsing mesh stiffness turns the slow error into sidebands of the mesh frequency, spaced by the gear's own
+    speed. The mass centre that is off with the pitch circle is `unbalance`; the change of the centre distance, which
+    alters contact ratio and stiffness, is left out.
+    """
+
+    NAME = "gear_eccentricity"
+    STAGE = "structure"
+    ROLE = "gear"
+    MEANING = "The pitch circle of a gear is off its axis of rotation; teeth engage too early, then too late."
+    CHECK = "What run-out does an indicator show on the gear? Was it re-bored or mounted on a bent or worn shaft?"
+    RIVALS = {
+        "unbalance": "sidebands of the mesh without a strong 1X; no growth of 1X with speed^2",
+        "rotating_coupling_force": "sidebands of the other shaft's speed; run uncoupled",
+        "torque_ripple": "sidebands at the gear's own speed and not at the motor's supply or pole frequency",
+    }
+    REFERENCES = (
+        "W. D. Mark, Analysis of the vibratory excitation of gear systems: basic theory, "
+        "J. Acoust. Soc. Am. 63 (1978) 1409-1430",
+        "P. D. McFadden, Detecting fatigue cracks in gears by amplitude and phase demodulation of the meshing "
+        "vibration, J. Vib. Acoust. 108 (1986) 165-170",
+    )
+
+    run_out_m: float = parameter(
+        unit="m",
+        bounds=(0.0, 2e-4),
+        zero=0.0,
+        prior=LogNormal(1e-5, 2.0),
+        meaning="eccentricity r of the pitch circle, half the radial run-out",
+        source="ISO 1328-2 grade 6 allows a radial run-out of about 20 um at module 2 and 46 mm: r of 10 um",
+    )
+    angle_rad: float = parameter(
+        unit="rad",
+        bounds=(-2 * math.pi, 2 * math.pi),
+        prior=Uniform(-math.pi, math.pi),
+        meaning="angle psi of the error at shaft angle 0",
+        source="any angle is equally likely",
+    )
+
+    def contribute(self, assembly: Assembly) -> None:
+        """Add the run-out to the error of the mesh that the gear is in."""
+        place = assembly.place(self.ROLE, self.at)
+        assembly.component("mesh").add_error(
+            order=place.shaft_ratio, amplitude_m=self.run_out_m, angle_rad=self.angle_rad
+        )
+
+    def signature(self, machine: Machine) -> tuple[Line, ...]:
+        """Return the sidebands of the mesh and the gear's own speed."""
+        assembly = machine.bare_assembly()
+        ratio = assembly.place(self.ROLE, self.at).shaft_ratio
+        mesh = assembly.component("mesh").mesh_order
+        return (Line(mesh + ratio, "any"), Line(mesh - ratio, "any"), Line(ratio, "torsion"))
