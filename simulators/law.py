@@ -40,6 +40,19 @@ class Timeline:
     speed_rad_s: np.ndarray
     acceleration_rad_s2: np.ndarray
     _cached: dict[float, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
+    _whole: tuple[Timeline, np.ndarray] | None = None
+
+    def select(self, lanes: np.ndarray) -> Timeline:
+        """Return the timeline of some of its lanes; it shares the cosines and sines already computed."""
+        if lanes.size == self.phase_rad.shape[1] and np.array_equal(lanes, np.arange(lanes.size)):
+            return self
+        return Timeline(
+            self.time_s[:, lanes],
+            self.phase_rad[:, lanes],
+            self.speed_rad_s[:, lanes],
+            self.acceleration_rad_s2[:, lanes],
+            _whole=(self, lanes),
+        )
 
     def cos_sin(self, order: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return cos and sin of ``order`` times the shaft angle; computed once for each scalar order."""
@@ -50,8 +63,12 @@ class Timeline:
             order = float(distinct[0])
         key = float(order)
         if key not in self._cached:
-            angle = key * self.phase_rad
-            self._cached[key] = np.cos(angle), np.sin(angle)
+            if self._whole is not None:
+                cos, sin = self._whole[0].cos_sin(key)
+                self._cached[key] = cos[:, self._whole[1]], sin[:, self._whole[1]]
+            else:
+                angle = key * self.phase_rad
+                self._cached[key] = np.cos(angle), np.sin(angle)
         return self._cached[key]
 
 

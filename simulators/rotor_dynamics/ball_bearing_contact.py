@@ -41,16 +41,29 @@ def _cage_signals(timeline: Timeline, parameters: np.ndarray) -> np.ndarray:
 def _contact_force(signals, parameters, x, inputs, outputs, u):  # type: ignore[no-untyped-def]
     across, upward = inputs[0], inputs[1]
     on_x, on_y = outputs[0], outputs[1]
+    balls = (parameters.shape[0] - _FIRST_BALL) // 2
+    # Multiplying out the sum of angles spares a cosine and a sine for every ball at every instant.
+    if u.shape[1] == 1:
+        # The same sums with the balls innermost: a single lane has nothing to fill the vector registers with.
+        right, up, c, s = x[across, 0], x[upward, 0], signals[0, 0], signals[1, 0]
+        sum_x, sum_y = u[on_x, 0] + parameters[_CORE, 0] * right, u[on_y, 0] + parameters[_CORE, 0] * up
+        for ball in range(_FIRST_BALL, _FIRST_BALL + 2 * balls, 2):
+            cos = c * parameters[ball, 0] - s * parameters[ball + 1, 0]
+            sin = s * parameters[ball, 0] + c * parameters[ball + 1, 0]
+            approach = right * cos + up * sin - parameters[_CLEARANCE, 0]
+            if approach > 0.0:
+                load = parameters[_STIFFNESS, 0] * approach * math.sqrt(approach)
+                sum_x -= load * cos
+                sum_y -= load * sin
+        u[on_x, 0], u[on_y, 0] = sum_x, sum_y
+        return
     for lane in range(u.shape[1]):
         u[on_x, lane] += parameters[_CORE, lane] * x[across, lane]
         u[on_y, lane] += parameters[_CORE, lane] * x[upward, lane]
-    balls = (parameters.shape[0] - _FIRST_BALL) // 2
-    for ball in range(balls):
-        # Multiplying out the sum of angles spares a cosine and a sine for every ball at every instant.
-        real, imaginary = _FIRST_BALL + 2 * ball, _FIRST_BALL + 2 * ball + 1
+    for ball in range(_FIRST_BALL, _FIRST_BALL + 2 * balls, 2):
         for lane in range(u.shape[1]):
-            cos = signals[0, lane] * parameters[real, lane] - signals[1, lane] * parameters[imaginary, lane]
-            sin = signals[1, lane] * parameters[real, lane] + signals[0, lane] * parameters[imaginary, lane]
+            cos = signals[0, lane] * parameters[ball, lane] - signals[1, lane] * parameters[ball + 1, lane]
+            sin = signals[1, lane] * parameters[ball, lane] + signals[0, lane] * parameters[ball + 1, lane]
             approach = x[across, lane] * cos + x[upward, lane] * sin - parameters[_CLEARANCE, lane]
             approach = max(approach, 0.0)
             load = parameters[_STIFFNESS, lane] * approach * math.sqrt(approach)

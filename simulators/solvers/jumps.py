@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..law import Timeline
 from ..speed_profile import SpeedProfile
-from .plan import ForcePlan
+from .plan import ForcePlan, write_signals
 
 
 def jump_events(
-    plan: ForcePlan, k: int, which: int, half_times: np.ndarray, half_phase: np.ndarray, signals: np.ndarray
+    plan: ForcePlan, k: int, which: int, half_times: np.ndarray, timeline: Timeline, signals: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Fill in the signals of jumping force ``k``, continued on the branch of each step's start.
 
@@ -19,7 +20,8 @@ def jump_events(
     k, which : int
         Number of the force among all, and among those that jump.
     half_times : ndarray (2 steps + 1,)
-    half_phase : ndarray (2 steps + 1, lanes)
+    timeline : Timeline
+        At these times.
     signals : ndarray (steps, 3, signals, lanes)
         The part of force ``k`` is written in place.
 
@@ -30,38 +32,56 @@ def jump_events(
     branches : ndarray (events, 3, 2, signals, 1)
         At the jump, half-way to the end and at the end of the step; on the old and the new branch.
     """
-    law, parameters = plan.forces[k].law, plan.own_parameters(k)
-    start, stop = half_phase[0:-1:2], half_phase[2::2]
-    branch = (start + stop) / 2
+    phase = timeline.phase_rad[:, plan.distinct_columns(k)]
+    branch = (phase[0:-1:2] + phase[2::2]) / 2
+    found = [
+        _lane_events(plan, k, lane, half_times, phase[:, i], branch[:, i]) for i, lane in enumerate(plan.distinct[k][0])
+    ]
     events, branches = [], []
-    for lane in range(plan.lanes):
-        assert law.jumps is not None
-        angles = np.sort(law.jumps(parameters[:, lane], float(start[0, lane]), float(stop[-1, lane])))
-        if not angles.size:
-            continue
-        step = np.clip(np.searchsorted(stop[:, lane], angles, side="left"), 0, start.shape[0] - 1)
-        before = np.maximum(start[step, lane], np.concatenate([[-np.inf], angles[:-1]]))
-        after = np.minimum(stop[step, lane], np.concatenate([angles[1:], [np.inf]]))
-        first = np.concatenate([[True], np.diff(step) > 0])
-        branch[step[first], lane] = (before[first] + angles[first]) / 2
-        instant = _instants(plan.profiles[lane], angles, half_times[2 * step], half_times[2 * step + 2])
-        left = half_times[2 * step + 2] - instant
-        events.append(np.column_stack([step, np.full_like(left, lane), np.full_like(left, which), left]))
-        at = instant[:, None] + left[:, None] * np.array([0.0, 0.5, 1.0])
-        parts = []
-        for middle in ((before + angles) / 2, (angles + after) / 2):
-            timeline = plan.lane_timeline(lane, at.ravel())
-            own = law.signals(timeline, parameters[:, [lane]], branch_rad=np.repeat(middle, 3)[:, None])  # type: ignore[call-arg]
-            parts.append(np.moveaxis(own, 0, 1).reshape(angles.size, 3, own.shape[0], 1))
-        branches.append(np.stack(parts, axis=2))
-    place = slice(plan.rows[k, 5], plan.rows[k, 6])
+    for lane, number in enumerate(plan.distinct[k][1]):
+        step_and_left, parts = found[number]
+        count = step_and_left.shape[0]
+        events.append(
+            np.column_stack([step_and_left[:, 0], np.full(count, lane), np.full(count, which), step_and_left[:, 1]])
+        )
+        branches.append(parts)
+    steps = branch.shape[0]
+    stages = []
     for stage in range(3):
-        timeline = plan.timeline(half_times[stage : stage + 2 * start.shape[0] : 2])
-        signals[:, stage, place] = np.moveaxis(law.signals(timeline, parameters, branch_rad=branch), 0, 1)  # type: ignore[call-arg]
-    if not events:
-        count = int(plan.rows[k, 6] - plan.rows[k, 5])
-        return np.zeros((0, 4)), np.zeros((0, 3, 2, count, 1))
+        rows = slice(stage, stage + 2 * steps, 2)
+        part = Timeline(
+            timeline.time_s[rows], timeline.phase_rad[rows], timeline.speed_rad_s[rows],
+            timeline.acceleration_rad_s2[rows],
+        )  # fmt: skip
+        stages.append(plan.distinct_signals(k, part, branch_rad=branch))
+    write_signals(plan, k, signals, tuple(stages))
     return np.concatenate(events), np.concatenate(branches)
+
+
+def _lane_events(
+    plan: ForcePlan, k: int, lane: int, half_times: np.ndarray, phase: np.ndarray, branch: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return (step, time left) and signals on both branches of one lane's jumps; sets ``branch`` in their steps."""
+    law, parameters = plan.forces[k].law, plan.own_parameters(k)[:, lane]
+    start, stop = phase[0:-1:2], phase[2::2]
+    assert law.jumps is not None
+    angles = np.sort(law.jumps(parameters, float(start[0]), float(stop[-1])))
+    if not angles.size:
+        return np.zeros((0, 2)), np.zeros((0, 3, 2, int(plan.rows[k, 6] - plan.rows[k, 5]), 1))
+    step = np.clip(np.searchsorted(stop, angles, side="left"), 0, start.size - 1)
+    before = np.maximum(start[step], np.concatenate([[-np.inf], angles[:-1]]))
+    after = np.minimum(stop[step], np.concatenate([angles[1:], [np.inf]]))
+    first = np.concatenate([[True], np.diff(step) > 0])
+    branch[step[first]] = (before[first] + angles[first]) / 2
+    instant = _instants(plan.profiles[lane], angles, half_times[2 * step], half_times[2 * step + 2])
+    left = half_times[2 * step + 2] - instant
+    at = (instant[:, None] + left[:, None] * np.array([0.0, 0.5, 1.0])).ravel()
+    timeline = plan.lane_timeline(lane, at)
+    parts = []
+    for middle in ((before + angles) / 2, (angles + after) / 2):
+        own = law.signals(timeline, parameters[:, None], branch_rad=np.repeat(middle, 3)[:, None])  # type: ignore[call-arg]
+        parts.append(np.moveaxis(own, 0, 1).reshape(angles.size, 3, own.shape[0], 1))
+    return np.column_stack([step, left]), np.stack(parts, axis=2)
 
 
 def _instants(profile: SpeedProfile, angles: np.ndarray, start_s: np.ndarray, stop_s: np.ndarray) -> np.ndarray:

@@ -16,13 +16,33 @@ _MATH = {"contract"}
 
 @numba.njit(cache=True, fastmath=_MATH, error_model="numpy", nogil=True)
 def _add_product(matrix, vectors, result):  # type: ignore[no-untyped-def]
-    """Do result += matrix @ vectors, lanes last."""
-    for i in range(matrix.shape[0]):
-        for j in range(matrix.shape[1]):
-            weight = matrix[i, j]
-            if weight != 0.0:
-                for lane in range(vectors.shape[1]):
-                    result[i, lane] += weight * vectors[j, lane]
+    """Do result += matrix @ vectors, lanes last; ``matrix`` is (transpose, itself).
+
+    Every sum runs over the columns in order, whatever the number of lanes, so that lanes do not change a run's bits.
+    A single lane is done column by column: then the rows, not the lanes, fill the vector registers. Four columns at
+    a time keep the running sums in registers.
+    """
+    columns, rows = matrix[0].shape
+    if vectors.shape[1] == 1:
+        own, sums = vectors[:, 0], result[:, 0]
+        for j in range(columns):
+            value = own[j]
+            for i in range(rows):
+                sums[i] += matrix[0][j, i] * value
+        return
+    whole = columns - columns % 4
+    for i in range(rows):
+        row, sums = matrix[1][i], result[i]
+        for j in range(0, whole, 4):
+            a, b, c, d = row[j], row[j + 1], row[j + 2], row[j + 3]
+            for lane in range(sums.size):
+                total = sums[lane] + a * vectors[j, lane]
+                total = total + b * vectors[j + 1, lane]
+                total = total + c * vectors[j + 2, lane]
+                sums[lane] = total + d * vectors[j + 3, lane]
+        for j in range(whole, columns):
+            for lane in range(sums.size):
+                sums[lane] += row[j] * vectors[j, lane]
 
 
 @numba.njit(cache=True, fastmath=_MATH, error_model="numpy", nogil=True)
@@ -135,27 +155,25 @@ def _jump(law, branches, parameters, x0, x1, step, tau, spacing, states, rows, c
 
 
 @numba.njit(cache=True, error_model="numpy", nogil=True)
-def _apply_jump(
-    laws, plan, inputs, parameters, step_s, jump, event, branches, motion_rows, x, stage, following, change
-):  # type: ignore[no-untyped-def]
+def _apply_jump(laws, plan, inputs, parameters, step_s, jump, event, branches, motion_rows, x, following, change):  # type: ignore[no-untyped-def]
     """Correct one lane's state and motions at the end of a step for the jump of one force inside it."""
     lane, which = int(event[1]), int(event[2])
-    k = jump[3][which]
+    k, n = jump[3][which], change.size
     reads = inputs[plan[k, 1] : plan[k, 2]]
     own = np.ascontiguousarray(parameters[plan[k, 7] : plan[k, 8], lane]).reshape(-1, 1)
     x0, x1 = np.zeros((reads.size, 1)), np.zeros((reads.size, 1))
     for i in range(reads.size):
-        x0[i, 0], x1[i, 0] = x[reads[i], lane], stage[reads[i], lane]
+        x0[i, 0], x1[i, 0] = x[reads[i], lane], following[n + reads[i], lane]
     _jump(
         laws[plan[k, 0]], branches, own, x0, x1, step_s, event[3], jump[0], jump[1][which], jump[2][which], change
     )  # fmt: skip
-    for i in range(following.shape[0]):
+    for i in range(n):
         following[i, lane] += change[i]
-    for i in range(motion_rows.shape[0]):
+    for i in range(x.shape[0]):
         total = 0.0
-        for j in range(following.shape[0]):
-            total += motion_rows[i, j] * following[j, lane]
-        stage[i, lane] = total
+        for j in range(n):
+            total += motion_rows[1][i, j] * following[j, lane]
+        following[n + i, lane] = total
 
 
 @numba.njit(cache=True, fastmath=_MATH, error_model="numpy", nogil=True)
@@ -167,8 +185,10 @@ def run_block(laws, plan, inputs, outputs, parameters, step_s, tables, jump, sig
     laws : tuple of compiled forces
     plan : ndarray of int (forces, 9)
         Kind (-1 linear, else index in ``laws``), then start and stop in inputs, outputs, signals, parameters.
-    tables : tuple of ndarray
-        full, first, last, half_rows, full_rows, stages, update, motion_rows, probe_rows, probe_columns.
+    tables : tuple
+        full, first, last (n x n and the columns that count), then as pairs (transpose, itself): ``ahead``, the rows
+        C e^(hL/2), C e^(hL) and of the probes over the states; ``stages``, five; ``update``, three, each with the rows
+        of C times it below; ``motion_rows``; ``probe_columns``.
     jump : tuple
         spacing, states (jump forces, 4, points, n, j), rows (jump forces, 4, points, 2k, j).
     signals : ndarray (steps, 3, signals, lanes)
@@ -177,23 +197,21 @@ def run_block(laws, plan, inputs, outputs, parameters, step_s, tables, jump, sig
     branches : ndarray (events, 3, 2, signals of that force, 1)
     record : ndarray (steps, probes, lanes)
     """
-    full, first, last, half_rows, full_rows, stages, update, motion_rows, probe_rows, probe_columns = tables
+    full, first, last, ahead, stages, update, motion_rows, probe_columns = tables
     n, lanes = y.shape
-    p, m = motion_rows.shape[0], stages.shape[2]
-    x, half, whole, stage = np.zeros((p, lanes)), np.zeros((p, lanes)), np.zeros((p, lanes)), np.zeros((p, lanes))
+    p, m = motion_rows[0].shape[1], stages[0][0].shape[0]
+    x, stage = np.zeros((p, lanes)), np.zeros((p, lanes))
     u1, u2, u3, u4 = np.zeros((m, lanes)), np.zeros((m, lanes)), np.zeros((m, lanes)), np.zeros((m, lanes))
-    following, change = np.zeros((n, lanes)), np.zeros(n)
+    known, following, change = np.zeros((ahead[0].shape[1], lanes)), np.zeros((n + p, lanes)), np.zeros(n)
+    half, whole, seen = known[:p], known[p : 2 * p], known[2 * p :]
     event = 0
     _add_product(motion_rows, y, x)
     for step in range(signals.shape[0]):
         _forces(laws, plan, inputs, outputs, signals[step, 0], parameters, x, u1)
-        record[step] = 0.0
-        _add_product(probe_rows, y, record[step])
+        known[:] = 0.0
+        _add_product(ahead, y, known)
+        record[step] = seen
         _add_product(probe_columns, u1, record[step])
-        half[:] = 0.0
-        _add_product(half_rows, y, half)
-        whole[:] = 0.0
-        _add_product(full_rows, y, whole)
         stage[:] = half
         _add_product(stages[0], u1, stage)
         _forces(laws, plan, inputs, outputs, signals[step, 1], parameters, stage, u2)
@@ -205,23 +223,22 @@ def run_block(laws, plan, inputs, outputs, parameters, step_s, tables, jump, sig
         _add_product(stages[3], u1, stage)
         _add_product(stages[4], u3, stage)
         _forces(laws, plan, inputs, outputs, signals[step, 2], parameters, stage, u4)
-        following[:] = 0.0
+        following[:n] = 0.0
         for i in range(n):
             for j in range(first[i], last[i]):
                 weight = full[i, j]
                 for lane in range(lanes):
                     following[i, lane] += weight * y[j, lane]
+        following[n:] = whole
         u2 += u3
         _add_product(update[0], u1, following)
         _add_product(update[1], u2, following)
         _add_product(update[2], u4, following)
-        stage[:] = 0.0
-        _add_product(motion_rows, following, stage)
         while event < events.shape[0] and events[event, 0] == step:
             _apply_jump(
-                laws, plan, inputs, parameters, step_s, jump, events[event], branches[event], motion_rows, x, stage,
+                laws, plan, inputs, parameters, step_s, jump, events[event], branches[event], motion_rows, x,
                 following, change,
             )  # fmt: skip
             event += 1
-        y[:] = following
-        x[:] = stage
+        y[:] = following[:n]
+        x[:] = following[n:]

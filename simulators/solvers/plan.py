@@ -35,6 +35,9 @@ class ForcePlan:
     profiles : tuple of SpeedProfile
     jumping : tuple of int
         Forces whose signals jump.
+    distinct : tuple of (ndarray, ndarray)
+        For each force, lanes with distinct signals, and for every lane the number of the one that it equals: lanes
+        often differ in one parameter only, and signals cost much.
     """
 
     forces: tuple[InterfaceForce, ...]
@@ -45,6 +48,7 @@ class ForcePlan:
     parameters: np.ndarray
     profiles: tuple[SpeedProfile, ...]
     jumping: tuple[int, ...]
+    distinct: tuple[tuple[np.ndarray, np.ndarray], ...]
 
     @property
     def lanes(self) -> int:
@@ -56,11 +60,23 @@ class ForcePlan:
         return self.parameters[self.rows[k, 7] : self.rows[k, 8]]
 
     def timeline(self, time_s: np.ndarray) -> Timeline:
-        """Return the timeline of all lanes at the same instants (instants,)."""
-        phase = np.stack([profile.phase_rad(time_s) for profile in self.profiles], axis=-1)
-        speed = np.stack([profile.speed_rad_s(time_s) for profile in self.profiles], axis=-1)
-        change = np.stack([profile.acceleration_rad_s2(time_s) for profile in self.profiles], axis=-1)
-        return Timeline(np.repeat(time_s[:, None], self.lanes, axis=1), phase, speed, change)
+        """Return the timeline of all distinct speed profiles at the same instants (instants,)."""
+        profiles = tuple(dict.fromkeys(self.profiles))
+        phase = np.stack([profile.phase_rad(time_s) for profile in profiles], axis=-1)
+        speed = np.stack([profile.speed_rad_s(time_s) for profile in profiles], axis=-1)
+        change = np.stack([profile.acceleration_rad_s2(time_s) for profile in profiles], axis=-1)
+        return Timeline(np.repeat(time_s[:, None], len(profiles), axis=1), phase, speed, change)
+
+    def distinct_columns(self, k: int) -> np.ndarray:
+        """Return which columns of `timeline` belong to the distinct lanes of force ``k``."""
+        profiles = list(dict.fromkeys(self.profiles))
+        return np.array([profiles.index(self.profiles[lane]) for lane in self.distinct[k][0]])
+
+    def distinct_signals(self, k: int, timeline: Timeline, **branch: np.ndarray) -> np.ndarray:
+        """Return the signals of force ``k`` on all its distinct lanes, shape (instants, signals, distinct lanes)."""
+        parameters = self.own_parameters(k)[:, self.distinct[k][0]]
+        own = self.forces[k].law.signals(timeline.select(self.distinct_columns(k)), parameters, **branch)
+        return np.moveaxis(own, 0, 1)
 
     def lane_timeline(self, lane: int, time_s: np.ndarray) -> Timeline:
         """Return the timeline of one lane at its own instants (instants,)."""
@@ -97,16 +113,30 @@ def force_plan(systems: list[System], profiles: list[SpeedProfile]) -> ForcePlan
     jumping = tuple(k for k, force in enumerate(forces) if force.law.jumps is not None)
     _check_jumps(systems[0], jumping)
     values = [[v for force in system.forces for v in force.parameters] for system in systems]
+    parameters = np.ascontiguousarray(np.array(values, dtype=float).reshape(len(systems), -1).T)
     return ForcePlan(
         forces=forces,
         laws=law_tuple(tuple(distinct)),
         rows=rows,
         inputs=np.concatenate([*systems[0].inputs, np.zeros(0, dtype=np.int64)]).astype(np.int64),
         outputs=np.concatenate([*systems[0].outputs, np.zeros(0, dtype=np.int64)]).astype(np.int64),
-        parameters=np.ascontiguousarray(np.array(values, dtype=float).reshape(len(systems), -1).T),
+        parameters=parameters,
         profiles=tuple(profiles),
         jumping=jumping,
+        distinct=tuple(_distinct(profiles, parameters[row[7] : row[8]]) for row in rows),
     )
+
+
+def _distinct(profiles: list[SpeedProfile], parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    seen: dict[tuple[SpeedProfile, bytes], int] = {}
+    first, number = [], []
+    for lane, profile in enumerate(profiles):
+        key = (profile, parameters[:, lane].tobytes())
+        if key not in seen:
+            seen[key] = len(first)
+            first.append(lane)
+        number.append(seen[key])
+    return np.array(first), np.array(number)
 
 
 def _signal_count(force: InterfaceForce, profile: SpeedProfile) -> int:
@@ -184,6 +214,14 @@ class _Quiet:
 quiet = _Quiet()
 
 
+def write_signals(plan: ForcePlan, k: int, signals: np.ndarray, stages: tuple[np.ndarray, ...]) -> None:
+    """Copy the signals of force ``k`` on its distinct lanes, one array a stage, into the block of all lanes."""
+    place, lanes = slice(plan.rows[k, 5], plan.rows[k, 6]), plan.distinct[k][1]
+    same = lanes.size == plan.distinct[k][0].size
+    for stage, own in enumerate(stages):
+        signals[:, stage, place] = own if same or own.shape[2] == 1 else own[:, :, lanes]
+
+
 def block_signals(plan: ForcePlan, start_s: float, step_s: float, steps: int) -> tuple[np.ndarray, ...]:
     """Return what `kernel.run_block` needs of the signals of a block: signals, events and branches.
 
@@ -197,19 +235,16 @@ def block_signals(plan: ForcePlan, start_s: float, step_s: float, steps: int) ->
     signals = np.empty((steps, 3, total, plan.lanes))
     half_times = start_s + 0.5 * step_s * np.arange(2 * steps + 1)
     timeline = plan.timeline(half_times)
-    for k, force in enumerate(plan.forces):
+    for k in range(len(plan.forces)):
         if k in plan.jumping:
             continue
-        own = np.moveaxis(force.law.signals(timeline, plan.own_parameters(k)), 0, 1)
-        place = slice(plan.rows[k, 5], plan.rows[k, 6])
-        signals[:, 0, place] = own[0:-1:2]
-        signals[:, 1, place] = own[1::2]
-        signals[:, 2, place] = own[2::2]
+        own = plan.distinct_signals(k, timeline)
+        write_signals(plan, k, signals, (own[0:-1:2], own[1::2], own[2::2]))
     events, branches = [np.zeros((0, 4))], []
     for which, k in enumerate(plan.jumping):
         from .jumps import jump_events
 
-        found, parts = jump_events(plan, k, which, half_times, timeline.phase_rad, signals)
+        found, parts = jump_events(plan, k, which, half_times, timeline, signals)
         events.append(found)
         branches.append(parts)
     if not branches:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from .plan import ForcePlan, block_signals, force_plan, quiet
 from .tables import jump_tables, step_tables
 
 #: Numbers in the signals of one block: small enough for the cache of the second level to help.
-BLOCK_NUMBERS = 400_000
+BLOCK_NUMBERS = 2_000_000
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ class Stepper:
     def _run(self, signals: np.ndarray, events: np.ndarray, branches: np.ndarray, steps: int) -> np.ndarray:
         from .kernel import run_block
 
-        record = np.empty((steps, self._tables[8].shape[0], self.plan.lanes))
+        record = np.empty((steps, len(self.system.probes), self.plan.lanes))
         plan = self.plan
         with quiet:
             run_block(
@@ -134,20 +135,24 @@ def run_group(
     return [np.ascontiguousarray(joined[:, :, lane].T) for lane in range(stepper.plan.lanes)]
 
 
-def _kernel_tables(form: BlockForm, system: System, step_s: float) -> tuple[np.ndarray, ...]:
+def _kernel_tables(form: BlockForm, system: System, step_s: float) -> tuple[Any, ...]:
     tables = step_tables(form, step_s)
+    ahead = np.concatenate([tables.half_rows, tables.full_rows, form.probe_rows])
     return (
         tables.full,
         tables.first,
         tables.last,
-        tables.half_rows,
-        tables.full_rows,
-        tables.stages,
-        tables.update,
-        np.ascontiguousarray(form.motion_rows),
-        np.ascontiguousarray(form.probe_rows),
-        np.ascontiguousarray(system.probe_columns),
+        _pair(ahead),
+        tuple(_pair(stage) for stage in tables.stages),
+        tuple(_pair(np.concatenate([weights, form.motion_rows @ weights])) for weights in tables.update),
+        _pair(form.motion_rows),
+        _pair(system.probe_columns),
     )
+
+
+def _pair(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return (transpose, itself), both contiguous: the compiled loop reads columns or rows."""
+    return np.ascontiguousarray(matrix.T), np.ascontiguousarray(matrix)
 
 
 def _kernel_jump(form: BlockForm, plan: ForcePlan, step_s: float) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
