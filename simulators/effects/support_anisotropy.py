@@ -25,7 +25,7 @@ class SupportAnisotropy(Effect):
     CHECK = "Compare 1X, its phase and the natural frequencies in x and y (bump test); look at the pedestal's shape."
     RIVALS = {
         "coupling_misalignment": "bump test in x and y; alignment corrected",
-        "structural_resonance": "run-up: a resonance of one direction moves through the speed range, stiffness does not",
+        "structural_resonance": "run-up: a resonance passes, a difference of stiffness stays at every speed",
     }
     REFERENCES = (
         "M. I. Friswell et al., Dynamics of Rotating Machines, Cambridge 2010, sections 3.6 and 6.3 (orbits on "

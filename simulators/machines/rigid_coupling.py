@@ -13,7 +13,7 @@ Damping 0.1 % means a time constant of 8 s in torsion: amplitudes depend on the 
 
 The paper takes one offset for two things, and they do different things: the axes are apart (stands still), and the hole
 circle is off its flange (turns). `axis_offset_m` alone preloads the shafts, `hole_circle_offset_m` alone shakes at 1X;
-2X needs both, or one of them and a static displacement such as a sag.
+2X needs the second, and either the first or another static displacement, such as a sag.
 
 Misprints and slips. With delta the offset, e = exp(i Omega t):
 

@@ -17,7 +17,7 @@ Source: Eq (6) of "Misalignment in rigidly coupled rotors" (paper 002 of this pr
 Eqs (2) to (18) are listed in `machines/rigid_coupling.py`.
 
 h alone turns and gives a 1X force W0 K_b |h|; s alone is a static preload of the shafts; a torque W0 K_b |s| |h| at 1X,
-and with it 2X of the lateral motion, needs both.
+and with it 2X of the lateral motion, needs both (or a static z in the place of s).
 """
 
 from __future__ import annotations
