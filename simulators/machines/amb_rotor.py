@@ -217,7 +217,7 @@ DEFINITION = MachineDefinition(
         ),
     },
     build=build,
-    step_s=1e-4,
+    step_s=5e-4,
     settle_s=4.0,
     references=("Dynamic behavior of active magnetic bearings-rotor system with coupling misalignment (paper 000)",),
 )
