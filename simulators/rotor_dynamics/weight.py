@@ -1,33 +1,34 @@
-"""The weight of a machine's parts."""
+"""The weight of a machine: a constant force on every mass that can move up and down."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..assembly import Assembly, MissingPartError
+from ..assembly import Assembly
 from .harmonic_force import harmonic_force
 
 
 @dataclass
 class Weight:
-    """F = -g M v on everything that has weight. A component, so that masses that effects add are weighed too.
+    """Gravity on everything that has weight. A component, so that it also pulls at masses that effects add.
+
+    The generalised force is -M v g with v the unit vertical translation (`Assembly.vertical`): for a finite-element
+    shaft this includes the moments of the distributed weight.
 
     Parameters
     ----------
+    name : str
     gravity_m_s2 : float
-        g.
     """
 
+    name: str
     gravity_m_s2: float
-    name: str = "weight"
     roles: frozenset[str] = frozenset({"weight"})
 
     def finish(self, assembly: Assembly) -> None:
-        """Add one constant force whose shares are the parts' masses."""
-        shares: dict[str, float] = {}
+        """Add the weight as one constant force."""
+        pull: dict[str, float] = {}
         for (row, column), mass in assembly.mass.items():
             if column in assembly.vertical:
-                shares[row] = shares.get(row, 0.0) + mass * assembly.vertical[column]
-        if not shares:
-            raise MissingPartError("Nothing in this machine has weight (no vertical motion). Use another machine.")
-        assembly.forces.append(harmonic_force(self.name, (shares,), order=0.0, cos=(-self.gravity_m_s2,), sin=(0.0,)))
+                pull[row] = pull.get(row, 0.0) - mass * assembly.vertical[column]
+        assembly.forces.append(harmonic_force(self.name, (pull,), order=0.0, cos=(self.gravity_m_s2,), sin=(0.0,)))
