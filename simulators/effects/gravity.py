@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from ..assembly import MissingPartError
 from ..effect import Effect, Line
 from ..parameter import Normal, parameter
 from ..rotor_dynamics.weight import Weight
@@ -12,6 +13,8 @@ from ..rotor_dynamics.weight import Weight
 if TYPE_CHECKING:
     from ..assembly import Assembly
     from ..machine import Machine
+
+_NAME = "weight (effect)"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,12 +46,23 @@ class Gravity(Effect):
     )
 
     def contribute(self, assembly: Assembly) -> None:
-        """Add the weight of everything, computed when all parts are in place."""
+        """Add the weight of everything, computed when all parts are in place.
+
+        Raises
+        ------
+        MissingPartError
+            When nothing in the machine has weight, or when the machine has its weight by itself.
+        """
+        if not assembly.vertical:
+            raise MissingPartError("Nothing in this machine has weight (no vertical motion). Use another machine.")
         for part in assembly.components.values():
-            if isinstance(part, Weight):
-                part.gravity_m_s2 += self.gravity_m_s2
-                return
-        assembly.add_component(Weight(self.gravity_m_s2))
+            if not isinstance(part, Weight):
+                continue
+            if part.name != _NAME:
+                raise MissingPartError("This machine has its weight already. Leave the effect gravity out.")
+            part.gravity_m_s2 += self.gravity_m_s2
+            return
+        assembly.add_component(Weight(name=_NAME, gravity_m_s2=self.gravity_m_s2))
 
     def signature(self, machine: Machine) -> tuple[Line, ...]:
         """Return 1X of the twist and 2X of the shaft with a bolted coupling, else the mean in y."""
