@@ -323,6 +323,8 @@ def _add_probes(assembly: Assembly) -> None:
         ("wheel y", "displacement", "m", "wheel", "y", "wheel.y"),
     ):
         assembly.probes.append(Probe(name, quantity, unit, location, direction, {coordinate: 1.0}))
+    mesh = assembly.component("mesh")
+    assembly.probes.append(Probe("transmission error", "displacement", "m", "mesh", "torsion", dict(mesh.along)))
 
 
 DEFINITION = MachineDefinition(
