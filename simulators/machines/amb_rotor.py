@@ -114,7 +114,9 @@ def _rotor(
     length: float, diameter: float, disc_width: float, disc_diameter: float, material: Material, damping_ratio: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return mass, damping, gyroscopic and stiffness matrix; scans of other parameters ask for the same ones again."""
-    from ..rotor_dynamics.shaft_damping import modal_damping
+    from scipy.linalg import eigh
+
+    from ..rotor_dynamics.shaft_damping import stiffness_proportional_damping
 
     disc = Disc.from_geometry(
         DISC_NODE,
@@ -124,7 +126,9 @@ def _rotor(
         density_kg_m3=material.density_kg_m3,
     )
     rotor = assemble_rotor([ShaftElement(length / ELEMENTS, diameter)] * ELEMENTS, material=material, discs=[disc])
-    damping = modal_damping(rotor.mass, rotor.stiffness, ratios=damping_ratio)
+    # Eigenvalues 0 to 3 are the rigid motions in two planes.
+    bending = eigh(rotor.stiffness, rotor.mass, eigvals_only=True, subset_by_index=[4, 4])[0]
+    damping = stiffness_proportional_damping(rotor.stiffness, ratio=damping_ratio, at_frequency_rad_s=bending**0.5)
     return rotor.mass, damping, rotor.gyroscopic, rotor.stiffness
 
 

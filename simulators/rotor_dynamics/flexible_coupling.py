@@ -192,10 +192,16 @@ class FlexibleCoupling:
 
     def misalignment_lines(self) -> tuple[Line, ...]:
         """Return the lines that a misalignment turning with the shaft raises: 1X, and n - 1, n + 1 for harmonic n."""
-        present = np.abs(list(self._series.values())).max(axis=(0, 1))
-        strongest_first = sorted((n for n in range(1, HARMONICS + 1) if present[n - 1]), key=lambda n: -present[n - 1])
-        orders = dict.fromkeys([1, *(m for n in strongest_first for m in (n - 1, n + 1) if m)])
+        orders = dict.fromkeys([1, *(m for n in self._strongest_harmonics() for m in (n - 1, n + 1) if m)])
         return tuple(Line(float(order), speed_exponent=0.0) for order in orders)
+
+    def stationary_misalignment_lines(self) -> tuple[Line, ...]:
+        """Return the lines of an elongation that stands still in space (alignment, sag): n X for harmonic n."""
+        return tuple(Line(float(n), speed_exponent=0.0) for n in self._strongest_harmonics())
+
+    def _strongest_harmonics(self) -> list[int]:
+        present = np.abs(list(self._series.values())).max(axis=(0, 1))
+        return sorted((n for n in range(1, HARMONICS + 1) if present[n - 1]), key=lambda n: -present[n - 1])
 
     def finish(self, assembly: Assembly) -> None:
         """Add the mean spring and damper to the linear core, and misalignment and stiffness variation as forces."""

@@ -201,6 +201,19 @@ def test_misalignment_lines_are_those_that_harmonic_balance_shows():
     assert shown == set(orders)
 
 
+def test_stationary_lines_are_those_that_harmonic_balance_shows():
+    def change(coupling):
+        coupling.misalign(offset_m=4e-4, turning=False)
+        coupling.add_stiffness_harmonics("x", cos=[0.0, 0.0, 1e-6], sin=[0.0, 1e-5])
+        found.append(coupling)
+
+    found = []
+    motion = harmonic_balance(hub_machine(change), speed_rpm=RPM, harmonics=8)
+    # The hub has gone along by the whole offset, so the coupling is not bent and nothing varies.
+    assert np.abs(motion.amplitudes[:, 1:]).max() < 1e-15
+    assert [line.order for line in found[0].stationary_misalignment_lines()] == [2, 3]
+
+
 def test_parametric_resonance_grows_as_mathieu_predicts():
     """x'' + w0^2 (1 + e cos 2 phi) x = 0 turning at w0 grows at e w0 / 4 to first order (Nayfeh and Mook, 1979)."""
     natural = math.sqrt(STIFFNESS["x"] / MASS["x"])
