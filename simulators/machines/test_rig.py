@@ -49,7 +49,7 @@ from ._test_rig_parameters import PARAMETERS
 
 STEEL = Material(youngs_modulus_pa=2.1e11, density_kg_m3=7850.0, poisson_ratio=0.3)
 #: Elements from hub to bearing A, to the disc, to the load, to bearing B, to the free end.
-ELEMENTS = (1, 3, 2, 2, 1)
+ELEMENTS = (1, 2, 1, 1, 1)
 #: Nodes at the ends of these pieces.
 HUB, BEARING_A, DISC, LOAD, BEARING_B, FREE_END = (sum(ELEMENTS[:n]) for n in range(6))
 #: SpectraQuest's bearing loader: a steel cylinder, 5 kg at 51 mm width.
@@ -81,7 +81,7 @@ _BASE = (
 )
 
 
-def _lengths(values: Mapping[str, float]) -> tuple[float, ...]:
+def shaft_lengths_m(values: Mapping[str, float]) -> tuple[float, ...]:
     """Return the length of each of the five pieces of the shaft."""
     to_disc = values["disc_position"] * values["bearing_span_m"]
     beyond = values["bearing_span_m"] - to_disc
@@ -123,11 +123,13 @@ def build(assembly: Assembly, values: Mapping[str, float], switches: frozenset[s
     disc = assembly.places["disc"]
     assembly.forces.append(rotating_mass("residual unbalance", disc, moment_kg_m=unbalance, angle_rad=angle))
     assembly.add_component(Weight("weight", values["gravity_m_s2"]))
+    twist = assembly.places["motor"].directions["torsion"]
+    assembly.probes.append(Probe("motor_speed", "velocity", "rad/s", "motor", "torsion", twist))
 
 
 def _add_shaft(assembly: Assembly, values: Mapping[str, float]) -> None:
     """Add bending, torsion and rigid axial motion of the shaft with what sits on it."""
-    lengths, diameter, discs = _lengths(values), values["shaft_diameter_m"], _discs(values)
+    lengths, diameter, discs = shaft_lengths_m(values), values["shaft_diameter_m"], _discs(values)
     pieces = zip(lengths, ELEMENTS, strict=True)
     elements = [ShaftElement(length / count, diameter) for length, count in pieces for _ in range(count)]
     ratio = values["shaft_damping_ratio"]
