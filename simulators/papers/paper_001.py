@@ -1,9 +1,9 @@
 """Claims of paper 001 (bearing-rotor-gear system with a misaligned rotor), Tables 1 and 3 and Figures 7 to 13.
 
 Each is computed when asked for, for the accelerometer of bearing 1: with the preset ``as_printed``, with ``plausible``,
-and with one further effect that the model of the paper lacks. Amplitudes are m/s2, rms and peak-to-peak values those of
-the band up to 4 kHz. Its coupling force acts at twice
-the shaft speed, so its model can make 2 f_r1 and sidebands at 2 f_r1; what it and its experiment show is f_r1.
+and with one further effect that the model of the paper lacks. Amplitudes are in m/s2; rms and peak-to-peak values are
+those of the band up to 4 kHz. The coupling force of the paper acts at twice the shaft speed, so its model can make
+2 f_r1 and sidebands at 2 f_r1; what the paper shows, in simulation and experiment, is f_r1.
 """
 
 from __future__ import annotations

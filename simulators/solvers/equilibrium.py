@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..law import Timeline
+from ..speed_profile import SpeedProfile
 from ..system import System
+from .block_form import BlockForm
 from .plan import ForcePlan
 
 #: Angles of the first revolution over which the signals are averaged.
@@ -15,18 +17,19 @@ MOST_STEPS = 60
 FIRST_STEP_S, LONGEST_STEP_S = 1e-5, 1e6
 
 
-def static_equilibrium(system: System, plan: ForcePlan, start_s: float) -> np.ndarray:
-    """Return states (states, lanes) with L y + B u(mean signals, C y) = 0, or zero where none is found.
+def static_equilibrium(system: System, plan: ForcePlan, start_s: float, form: BlockForm) -> np.ndarray:
+    """Return states (states, lanes) of ``form`` with L y + B u(mean signals, C y) = 0, or zero where none is found.
 
     Implicit Euler steps of growing length with the interface forces' finite-difference slope: the machine settles
     heavily damped. Newton's method alone fails where play leaves a shaft free until a contact closes.
     """
-    states = np.zeros((system.states, plan.lanes))
-    for lane in range(plan.lanes):
-        means = _mean_signals(plan, lane, start_s)
-        found = _settle(system, plan, lane, means)
-        if found is not None:
-            states[:, lane] = found
+    states = np.zeros((form.core.shape[0], plan.lanes))
+    known: dict[tuple[SpeedProfile, bytes], np.ndarray] = {}
+    for lane, profile in enumerate(plan.profiles):
+        key = (profile, plan.parameters[:, lane].tobytes())
+        if key not in known:
+            known[key] = _settle(system, plan, lane, _mean_signals(plan, lane, start_s), form)
+        states[:, lane] = known[key]
     return states
 
 
@@ -69,28 +72,43 @@ def _mean_signals(plan: ForcePlan, lane: int, start_s: float) -> list[np.ndarray
     return [own.mean(axis=1, keepdims=True) for own in lane_signals(plan, lane, timeline)]
 
 
-def _settle(system: System, plan: ForcePlan, lane: int, means: list[np.ndarray]) -> np.ndarray | None:
+def _settle(system: System, plan: ForcePlan, lane: int, means: list[np.ndarray], form: BlockForm) -> np.ndarray:
     motions, forces = system.motion_rows.shape[0], system.force_columns.shape[1]
-    if forces == 0:
-        return np.zeros(system.states)
-    state = np.zeros(system.states)
-    best, best_size = None, np.inf
-    for step in range(MOST_STEPS):
-        x = system.motion_rows @ state
+    state = np.zeros(form.core.shape[0])
+    best, best_size = state, np.inf
+    for step in range(MOST_STEPS if forces else 0):
+        x = form.motion_rows @ state
         width = 1e-9 + 1e-6 * np.abs(x)
         points = np.concatenate([x[:, None], x[:, None] + np.diag(width), x[:, None] - np.diag(width)], axis=1)
         count = points.shape[1]
         u = interface_forces(plan, lane, [np.repeat(own, count, axis=1) for own in means], points, forces)
-        residual = system.core @ state + system.force_columns @ u[:, 0]
-        size = float(np.linalg.norm(residual))
+        acting = form.force_columns @ u[:, 0]
+        residual = form.core @ state + acting
+        size = float(np.linalg.norm(form.basis @ residual))
         if not np.isfinite(size):
             return best
         if size < best_size:
             best, best_size = state, size
-        slope = (u[:, 1 : 1 + motions] - u[:, 1 + motions :]) / (2 * width)
-        jacobian = system.core + system.force_columns @ slope @ system.motion_rows
-        if size < 1e-9 * max(1.0, float(np.linalg.norm(system.force_columns @ u[:, 0]))):
+        if size < 1e-9 * max(1.0, float(np.linalg.norm(form.basis @ acting))):
             return best
-        duration = min(FIRST_STEP_S * 2.0**step, LONGEST_STEP_S)
-        state = state + np.linalg.solve(np.eye(system.states) / duration - jacobian, residual)
+        slope = (u[:, 1 : 1 + motions] - u[:, 1 + motions :]) / (2 * width)
+        duration = LONGEST_STEP_S if system.is_linear else min(FIRST_STEP_S * 2.0**step, LONGEST_STEP_S)
+        # (1/d - L - B S C) change = residual by the small system of the interface motions (Woodbury's identity).
+        solved = _shifted_solve(form, 1 / duration, np.column_stack([residual, form.force_columns]))
+        seen = form.motion_rows @ solved
+        moved = np.linalg.lstsq(np.eye(motions) - seen[:, 1:] @ slope, seen[:, 0], rcond=None)[0]
+        state = state + solved[:, 0] + solved[:, 1:] @ (slope @ moved)
     return best
+
+
+def _shifted_solve(form: BlockForm, shift: float, columns: np.ndarray) -> np.ndarray:
+    """Return (shift I - L)^-1 columns, block by block where the core has small blocks."""
+    if not form.is_blocks:
+        return np.linalg.solve(shift * np.eye(form.core.shape[0]) - form.core, columns)
+    result = np.empty_like(columns)
+    for size in (1, 2):
+        starts = np.unique(form.first[form.last - form.first == size])
+        index = starts[:, None] + np.arange(size)
+        blocks = shift * np.eye(size) - form.core[index[:, :, None], index[:, None, :]]
+        result[index] = np.linalg.solve(blocks, columns[index])
+    return result
