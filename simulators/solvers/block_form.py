@@ -39,6 +39,11 @@ class BlockForm:
     last: np.ndarray
 
     @property
+    def is_blocks(self) -> bool:
+        """Whether every block has one or two rows."""
+        return bool(np.all(self.last - self.first <= 2))
+
+    @property
     def pattern(self) -> np.ndarray:
         """Where the core may differ from zero."""
         column = np.arange(self.core.shape[0])

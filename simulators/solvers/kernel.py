@@ -48,21 +48,31 @@ def _add_product(matrix, vectors, result):  # type: ignore[no-untyped-def]
 @numba.njit(cache=True, fastmath=_MATH, error_model="numpy", nogil=True)
 def _forces(laws, plan, inputs, outputs, signals, parameters, x, u):  # type: ignore[no-untyped-def]
     """Evaluate all interface forces: u = u(signals, C y)."""
-    u[:] = 0.0
+    lanes = u.shape[1]
+    for row in range(u.shape[0]):
+        for lane in range(lanes):
+            u[row, lane] = 0.0
     for k in range(plan.shape[0]):
-        kind = plan[k, 0]
-        reads, acts = inputs[plan[k, 1] : plan[k, 2]], outputs[plan[k, 3] : plan[k, 4]]
-        own = signals[plan[k, 5] : plan[k, 6]]
-        if kind >= 0:
-            laws[kind](own, parameters[plan[k, 7] : plan[k, 8]], x, reads, acts, u)
+        if plan[k, 0] >= 0:
+            laws[plan[k, 0]](
+                signals[plan[k, 5] : plan[k, 6]],
+                parameters[plan[k, 7] : plan[k, 8]],
+                x,
+                inputs[plan[k, 1] : plan[k, 2]],
+                outputs[plan[k, 3] : plan[k, 4]],
+                u,
+            )
             continue
-        for i in range(acts.size):
-            for lane in range(u.shape[1]):
-                u[acts[i], lane] += own[i, lane]
-            for j in range(reads.size):
-                row = acts.size + i * reads.size + j
-                for lane in range(u.shape[1]):
-                    u[acts[i], lane] += own[row, lane] * x[reads[j], lane]
+        # Without slices: each costs as much as a few products, and a single lane has only those.
+        row = plan[k, 5] + plan[k, 4] - plan[k, 3]
+        for i in range(plan[k, 3], plan[k, 4]):
+            own = plan[k, 5] + i - plan[k, 3]
+            for lane in range(lanes):
+                u[outputs[i], lane] += signals[own, lane]
+            for j in range(plan[k, 1], plan[k, 2]):
+                for lane in range(lanes):
+                    u[outputs[i], lane] += signals[row, lane] * x[inputs[j], lane]
+                row += 1
 
 
 @numba.njit(cache=True, error_model="numpy", nogil=True)

@@ -57,7 +57,7 @@ class Stepper:
         self.plan = force_plan(group.systems, group.profiles)
         self._tables = _kernel_tables(self.form, self.system, step_s)
         self._jump = _kernel_jump(self.form, self.plan, step_s)
-        self.states = self.form.inverse @ static_equilibrium(self.system, self.plan, start_s)
+        self.states = static_equilibrium(self.system, self.plan, start_s, self.form)
         total = int(self.plan.rows[-1, 6]) if len(self.plan.forces) else 0
         self.block = int(np.clip(BLOCK_NUMBERS // max(1, 3 * total * self.plan.lanes), 64, 4096))
 

@@ -53,9 +53,11 @@ def step_tables(form: BlockForm, step_s: float) -> StepTables:
     """Return the tables of one step of ``step_s`` seconds for a core in block form."""
     if not step_s > 0:
         raise InvalidValueError(f"Step {step_s} s; allowed: more than 0.")
-    rows = form.motion_rows
-    half, (one_h, two_h, _) = phi_columns(form.core, form.force_columns, step_s / 2)
-    full, (one, two, three) = phi_columns(form.core, form.force_columns, step_s)
+    make = (
+        phi_columns_of_blocks if form.is_blocks else lambda form, step: phi_columns(form.core, form.force_columns, step)
+    )
+    half, (one_h, two_h, _) = make(form, step_s / 2)
+    full, (one, two, three) = make(form, step_s)
     full[~form.pattern] = 0.0
     # phi_columns returns (step/2) phi_k(hL/2) B, hence the factor 2 where the formula has h.
     stages = [one_h, one_h - 2 * two_h, 2 * two_h, one - 2 * two, 2 * two]
@@ -65,9 +67,9 @@ def step_tables(form: BlockForm, step_s: float) -> StepTables:
         full=np.ascontiguousarray(full),
         first=form.first,
         last=form.last,
-        half_rows=np.ascontiguousarray(rows @ half),
-        full_rows=np.ascontiguousarray(rows @ full),
-        stages=np.ascontiguousarray([rows @ columns for columns in stages]),
+        half_rows=np.ascontiguousarray(form.motion_rows @ half),
+        full_rows=np.ascontiguousarray(form.motion_rows @ full),
+        stages=np.ascontiguousarray([form.motion_rows @ columns for columns in stages]),
         update=np.ascontiguousarray(update),
     )
 
@@ -88,6 +90,35 @@ def phi_columns(core: np.ndarray, columns: np.ndarray, step_s: float) -> tuple[n
         augmented[start : start + m, start + m : start + 2 * m] = np.eye(m)
     exponential = expm(augmented)
     return exponential[:n, :n].copy(), [exponential[:n, n + k * m : n + (k + 1) * m].copy() for k in range(3)]
+
+
+def phi_columns_of_blocks(form: BlockForm, step_s: float) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Return the same as `phi_columns` for a core of blocks of one or two rows, block by block.
+
+    Each force column is then computed by itself: a further force does not change the bits of the others.
+    """
+    from scipy.linalg import expm
+
+    n, m = form.force_columns.shape
+    exponential, columns = np.zeros((n, n)), [np.zeros((n, m)) for _ in range(3)]
+    for size in (1, 2):
+        starts = np.unique(form.first[form.last - form.first == size])
+        if not starts.size:
+            continue
+        index = starts[:, None] + np.arange(size)
+        augmented = np.zeros((starts.size, 4 * size, 4 * size))
+        augmented[:, :size, :size] = step_s * form.core[index[:, :, None], index[:, None, :]]
+        for k in range(3):
+            rows, ahead = slice(k * size, (k + 1) * size), slice((k + 1) * size, (k + 2) * size)
+            augmented[:, rows, ahead] = np.eye(size)
+        blocks = expm(augmented)[:, :size]
+        exponential[index[:, :, None], index[:, None, :]] = blocks[:, :, :size]
+        for k in range(3):
+            phi = blocks[:, :, (k + 1) * size : (k + 2) * size]
+            columns[k][index] = step_s * sum(
+                phi[:, :, [j]] * form.force_columns[index[:, j]][:, None, :] for j in range(size)
+            )
+    return exponential, columns
 
 
 @dataclass(frozen=True)
