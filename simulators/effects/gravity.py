@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from ..machine import Machine
 
 _NAME = "weight (effect)"
+#: Couplings whose stiffness turns.
+_FEELS_SAG = frozenset({"flexible_coupling", "bolted_coupling"})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,7 +36,7 @@ class Gravity(Effect):
         "coupling_misalignment": "a vertical offset acts like a sag: alignment at rest says which",
         "bolt_loss": "bolts retightened: the sag stays",
     }
-    REFERENCES = ("M. I. Friswell et al., Dynamics of Rotating Machines, Cambridge 2010, section 6.2",)
+    REFERENCES = ("M. I. Friswell et al., Dynamics of Rotating Machines, Cambridge 2010, chapter 6",)
 
     gravity_m_s2: float = parameter(
         unit="m/s2",
@@ -65,9 +67,8 @@ class Gravity(Effect):
         assembly.add_component(Weight(name=_NAME, gravity_m_s2=self.gravity_m_s2))
 
     def signature(self, machine: Machine) -> tuple[Line, ...]:
-        """Return 1X of the twist and 2X of the shaft with a bolted coupling, else the mean in y."""
+        """Return the lines that a coupling makes of an elongation that stands still, else the mean in y."""
         for part in machine.bare_assembly().components.values():
-            if "bolted_coupling" in part.roles:
-                ratio = part.second.shaft_ratio
-                return (Line(ratio, "torsion"), Line(2 * ratio))
+            if part.roles & _FEELS_SAG and part.stationary_misalignment_lines():
+                return part.stationary_misalignment_lines()
         return (Line(0.0, "y"),)

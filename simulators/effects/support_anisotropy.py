@@ -27,10 +27,7 @@ class SupportAnisotropy(Effect):
         "coupling_misalignment": "bump test in x and y; alignment corrected",
         "structural_resonance": "run-up: a resonance passes, a difference of stiffness stays at every speed",
     }
-    REFERENCES = (
-        "M. I. Friswell et al., Dynamics of Rotating Machines, Cambridge 2010, sections 3.6 and 6.3 (orbits on "
-        "anisotropic supports)",
-    )
+    REFERENCES = ("M. I. Friswell et al., Dynamics of Rotating Machines, Cambridge 2010, chapters 3 and 6",)
 
     fraction: float = parameter(
         unit="",
@@ -38,7 +35,7 @@ class SupportAnisotropy(Effect):
         zero=0.0,
         prior=Uniform(-0.6, 0.0),
         meaning="change of the horizontal stiffness k_x over its value; negative is softer",
-        source="pedestals are softer sideways, by up to a half, seldom more; Friswell takes 0.5-1 for k_x / k_y",
+        source="a guess: most pedestals are softer sideways, by up to a half, seldom more",
     )
 
     def contribute(self, assembly: Assembly) -> None:
@@ -47,13 +44,17 @@ class SupportAnisotropy(Effect):
             support.scale_stiffness(x=1.0 + self.fraction)
 
     def signature(self, machine: Machine) -> tuple[Line, ...]:
-        """Return 3X of the shaft and 2X of the twist with a bolted coupling, else 1X in x.
+        """Return 2X of the twist and 3X of the shaft with a bolted coupling, the mesh line with gears, else 1X in x.
 
-        The backward part of the orbit at 1X makes a torque at 2X in an offset flange, and that makes 3X.
+        With an offset flange the backward part of the orbit at 1X makes a torque at 2X, and that makes 3X. Otherwise
+        no line is new: those that the machine has anyway change in x.
         """
-        assembly = machine.bare_assembly()
-        for part in assembly.components.values():
+        parts = machine.bare_assembly().components.values()
+        for part in parts:
             if "bolted_coupling" in part.roles:
                 ratio = part.second.shaft_ratio
                 return (Line(2 * ratio, "torsion"), Line(3 * ratio))
+        for part in parts:
+            if "mesh" in part.roles:
+                return (Line(part.mesh_order),)
         return (Line(1.0, "x"),)

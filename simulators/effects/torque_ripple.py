@@ -32,7 +32,7 @@ class TorqueRipple(Effect):
     }
     REFERENCES = (
         "A. W. Lees, Misalignment in rigidly coupled rotors, J. Sound Vib. 305 (2007) 261-271, section 3, Fig 5",
-        "API 684, Tutorial on rotordynamics, 2nd edition 2005, chapter 5",
+        "API RP 684, 2nd edition 2005, on train torsionals",
     )
 
     torque_n_m: float = parameter(
@@ -45,10 +45,10 @@ class TorqueRipple(Effect):
     )
     order: float = parameter(
         unit="",
-        default=1.0,
         bounds=(0.1, 50.0),
+        prior=LogNormal(1.0, 2.5),
         meaning="fluctuations in one revolution of the shaft on which it acts",
-        source="1 in Lees' Fig 5; the number of vanes, lobes or cylinders, 6 or 12 for an inverter's pole pair",
+        source="1 in Lees' Fig 5; the number of vanes, lobes or cylinders; 6 for each pole pair of an inverter drive",
     )
     angle_rad: float = parameter(
         unit="rad",

@@ -141,9 +141,17 @@ class BoltedFlange:
         self.tilt_rad = max(self.tilt_rad, abs(angle_rad))
 
     def misalignment_lines(self) -> tuple[Line, ...]:
-        """Return the lines that an offset raises: 1X and 2X of the rotors, 1X of the twist."""
+        """Return the lines that an offset raises: 1X of the rotors, 1X of the twist.
+
+        2X of the rotors rises too, with the third power of the offset; it shows near the torsional resonance only.
+        """
         ratio = self.second.shaft_ratio
-        return (Line(ratio, speed_exponent=0.0), Line(ratio, "torsion"), Line(2 * ratio))
+        return (Line(ratio, speed_exponent=0.0), Line(ratio, "torsion"))
+
+    def stationary_misalignment_lines(self) -> tuple[Line, ...]:
+        """Return the lines of an elongation that stands still (alignment, sag): 1X of the twist, 2X of the rotors."""
+        ratio = self.second.shaft_ratio
+        return (Line(ratio, "torsion"), Line(2 * ratio))
 
     def stiffness_moments(self) -> tuple[float, complex]:
         """Return W0 = sum w_j and W1 = sum w_j exp(i alpha_j)."""
