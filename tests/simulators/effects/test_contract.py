@@ -129,7 +129,7 @@ def change(machine, effect):
     if changed.system(speed_rpm=SPEED_RPM).is_linear:
         a, b = (harmonic_balance(m, speed_rpm=SPEED_RPM, harmonics=8) for m in (base, changed))
         return a.orders, np.abs(b.amplitudes - a.amplitudes), a.probes
-    rate = 8192.0 * 2
+    rate = min(16384.0, 0.5 / base.definition.step_s)
     options = {"duration_s": 60 * TURNS / SPEED_RPM, "rate_hz": rate}
     a, b = simulate_batch([(base, SPEED_RPM), (changed, SPEED_RPM)], **options)
     window = np.hanning(a.phase_rad.size)
