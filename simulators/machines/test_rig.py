@@ -9,9 +9,10 @@ hub, disc and load; the shaft as a whole in the axial direction; the motor's rot
 bearing housings with two stages and three directions each; a rigid base plate with six degrees of freedom on soft
 mounts, which also holds the motor's stator. All positions z are counted from the coupling towards the free end.
 
-The bearings are linear by default: harmonic balance, superposition and calibration then cost milliseconds, and without
-damage the load hardly changes. The preset ``hertz`` has balls with play instead, which a study of bearing play, load
-or damage needs.
+The bearings are linear by default: harmonic balance, superposition and calibration then cost milliseconds. Their
+stiffness is that of Hertz contacts under the rotor's weight and does not follow ``shaft_load_kg``. The presets with
+``hertz`` have balls with play instead, which a study of bearing play, load or damage needs; under so light a rotor
+they rattle in their play, which alone raises 1 to 2 kHz.
 
 Why a plate on mounts: 1X acceleration of the Analog Devices bench grows as speed^2 from 600 to 1800 rpm, which a rotor
 on rigid ground cannot do (speed^4); the machine is held by its own inertia. MaFaulDa's 1X changes its course near 25 Hz
