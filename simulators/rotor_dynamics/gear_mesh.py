@@ -206,7 +206,7 @@ def misprinted_branches(pair: SpurPair) -> tuple[StiffnessBranch, StiffnessBranc
         ends = [true.start_phase - 0.05, true.end_phase + 0.05]
         curve = np.polynomial.Chebyshev.interpolate(model, true.coefficients.size - 1, ends)
         powers = curve(np.polynomial.Polynomial([true.start_phase, 1.0])).coef
-        check = np.linspace(*ends, 101)
+        check = np.linspace(ends[0], ends[1], 101)
         values = np.polynomial.polynomial.polyval(check - true.start_phase, powers)
         error = float(np.abs(values / model(check) - 1).max())
         fitted.append(StiffnessBranch(true.pairs, true.start_phase, true.end_phase, powers, error))
