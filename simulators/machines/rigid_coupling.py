@@ -17,8 +17,9 @@ circle is off its flange (turns). `axis_offset_m` alone preloads the shafts, `ho
 
 Misprints and slips. With delta the offset, e = exp(i Omega t):
 
-* Eq (2), (5): the offset is turned by the wrong sense, (sin, cos) for (-sin, cos), and it belongs to flange 2 and not
-  to space; Eq (6) is right. X_j is a coordinate twice; rotor 2 turns by phi here, by theta later.
+* Eqs (2), (5): R_j and phi_j hold the hole circle's offset already; what is added must be the offset of the axes, which
+  stands still: -delta in y, as in Eq (6). Printed is (sin, cos), turning, and against the shaft. X_j is a coordinate
+  twice; rotor 2 turns by phi here, by theta later.
 * Eq (3): R_j = r sqrt(1 + delta^2 + 2 delta cos alpha_j) adds metres to 1, and cos is sin:
   R_j = sqrt(r^2 + delta^2 + 2 r delta sin alpha_j), from R_j exp(i phi_j) = r exp(i alpha_j) + i delta. phi_j is right.
 * Eq (8): both cross terms have the wrong sign: -2 X delta sin theta, +2 (Y - delta) delta cos theta.
@@ -26,8 +27,8 @@ Misprints and slips. With delta the offset, e = exp(i Omega t):
 * Eq (10): sum R_j sin phi_j is N delta, not N delta / 2, so (15) and (16) are halved. The error is "on rotor 1" here,
   on rotor 2 in the rest.
 * Eq (11): K_c z' is K_c z.
-* Eq (15): correct for rotor 2, linear in its angle: force -N K_b delta (cos, sin) from its own twist, not from the
-  difference of the twists. The printed (sin, cos) is that of Eq (5), turning against the shaft.
+* Eq (15): correct for rotor 2, linear in its angle: force N K_b delta (cos, sin) times its own twist, not times
+  the difference of the twists. The printed (sin, cos) is that of Eq (5), turning against the shaft.
 * Eq (16): exact is N K_b delta (sin, 1 - cos, -delta sin) on rotor 2. Printed is half of it, a quarter turn away, lacks
   the static part, and has a constant torque instead of a fluctuating one. It turns with the shaft, Eq (15) against
   it; this contradiction makes the printed 3X.
