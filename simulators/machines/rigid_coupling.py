@@ -15,7 +15,7 @@ The paper takes one offset for two things, and they do different things: the axe
 circle is off its flange (turns). `axis_offset_m` alone preloads the shafts, `hole_circle_offset_m` alone shakes at 1X;
 2X needs the second, and either the first or another static displacement, such as a sag.
 
-Misprints and slips. With delta the offset, e = exp(i Omega t):
+Misprints and slips. With delta the offset:
 
 * Eqs (2), (5): R_j and phi_j hold the hole circle's offset already; what is added must be the offset of the axes, which
   stands still: -delta in y, as in Eq (6). Printed is (sin, cos), turning, and against the shaft. X_j is a coordinate
@@ -34,8 +34,8 @@ Misprints and slips. With delta the offset, e = exp(i Omega t):
   it; this contradiction makes the printed 3X.
 * Eq (17) therefore has no torque at 1X that is forced; its torque comes from Eq (15) times the motion only.
 * Eq (18): a lost bolt takes -R_1 cos phi_1 from the cosine sum, -R_1 sin phi_1 from the sine sum, and the same from the
-  sums over flange 1, which cancel most of it. Printed is -R_1 in the sine sum alone: the "offset" becomes r = 300 mm
-  instead of 0.4 mm. K_c would lose a bolt too; it does not.
+  sums over flange 1, which cancel most of it. Printed is -R_1 in the sine sum alone: the offset sum becomes -299 mm
+  instead of 1.5 mm. K_c would lose a bolt too; it does not.
 * Section 3: offset 0.5 mm in the text, 0.1 mm at Fig 4, 0.5 mm at Fig 7. The speed of Fig 7 is "10 % over critical".
 
 ``as_printed`` takes Eqs (3), (14) to (18) literally. ``as_printed_f_y`` turns the sign of F_y in Eq (16), so that (15)
