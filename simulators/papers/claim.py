@@ -40,7 +40,11 @@ class Claim:
 
 def all_claims() -> Iterator[Claim]:
     """Compute every claim, paper by paper: every module here named ``paper_...`` with a function ``claims()``."""
-    package = importlib.import_module("..papers", __name__)
-    for info in sorted(pkgutil.iter_modules(package.__path__), key=lambda info: info.name):
-        if info.name.startswith("paper_"):
-            yield from importlib.import_module(f"..{info.name}", __name__).claims()
+    for name in paper_modules():
+        yield from importlib.import_module(f"{__package__}.{name}").claims()
+
+
+def paper_modules() -> list[str]:
+    """Return the names of the modules with claims."""
+    package = importlib.import_module(str(__package__))
+    return sorted(info.name for info in pkgutil.iter_modules(package.__path__) if info.name.startswith("paper_"))
