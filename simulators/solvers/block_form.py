@@ -74,9 +74,10 @@ def block_form(system: System, *, modal: bool = True, highest_hz: float | None =
     )
     if not modal:
         return whole
-    values, vectors = np.linalg.eig(system.core)
+    eigen = np.linalg.eig(system.core)
+    values, vectors = eigen.eigenvalues.astype(complex), eigen.eigenvectors.astype(complex)
     # One column for a real eigenvalue, real and imaginary part for a conjugate pair.
-    keep = values.imag >= 0
+    keep = np.imag(values) >= 0
     if highest_hz is not None:
         keep &= np.abs(values) <= 2 * np.pi * highest_hz
     columns, first, last = [], [], []

@@ -15,9 +15,12 @@ STOP_ATTENUATION_DB = 100.0
 
 
 def filter_half_length(factor: int) -> int:
-    """Return how many input samples the filter needs on each side of an output sample."""
-    width = 2 * np.pi * (1 - 2 * PASSED) / factor
-    return int(np.ceil((STOP_ATTENUATION_DB - 8) / (2.285 * width) / 2))
+    """Return how many input samples the filter needs on each side of an output sample.
+
+    A whole number of output samples (Kaiser's formula), so that a run starts at the same time whatever its step.
+    """
+    width = 2 * np.pi * (1 - 2 * PASSED)
+    return factor * int(np.ceil((STOP_ATTENUATION_DB - 8) / (2.285 * width) / 2))
 
 
 class Decimator:
@@ -27,12 +30,14 @@ class Decimator:
     """
 
     def __init__(self, factor: int) -> None:
-        from scipy.signal import firwin, kaiser_beta
+        from scipy.signal.windows import kaiser
 
         self.factor = factor
         self.half = filter_half_length(factor)
-        window = ("kaiser", kaiser_beta(STOP_ATTENUATION_DB))
-        self.taps = firwin(2 * self.half + 1, 1.0 / factor, window=window)
+        beta = 0.1102 * (STOP_ATTENUATION_DB - 8.7)
+        ideal = np.sinc(np.arange(-self.half, self.half + 1) / factor)
+        taps = ideal * kaiser(2 * self.half + 1, beta)
+        self.taps = taps / taps.sum()
         self._kept: np.ndarray | None = None
 
     def __call__(self, block: np.ndarray) -> np.ndarray:

@@ -14,6 +14,7 @@ import numpy as np
 from ..errors import InvalidValueError
 from ..machine import Machine
 from ..speed_profile import steady
+from .blas import single_blas_thread
 from .equilibrium import lane_signals
 from .harmonic_balance import _linear_parts
 from .plan import force_plan
@@ -40,6 +41,7 @@ class Stability:
         return bool(np.abs(self.multipliers[0]) <= 1 + 1e-6)
 
 
+@single_blas_thread
 def floquet_multipliers(machine: Machine, *, speed_rpm: float, revolutions: int = 1, steps: int = 512) -> Stability:
     """Return the Floquet multipliers of a machine with linear forces.
 

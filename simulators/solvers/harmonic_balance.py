@@ -21,6 +21,7 @@ from ..errors import InvalidValueError, RotorwiseError
 from ..machine import Machine
 from ..speed_profile import steady
 from ..system import System
+from .blas import single_blas_thread
 from .equilibrium import interface_forces, lane_signals
 from .plan import ForcePlan, force_plan
 
@@ -65,7 +66,7 @@ class PeriodicMotion:
 
     def waveform(self, phase_rad: np.ndarray) -> np.ndarray:
         """Return the probe signals at the given shaft angles, shape (probes, angles)."""
-        return (self.amplitudes @ np.exp(1j * np.outer(self.orders, phase_rad))).real
+        return np.real(self.amplitudes @ np.exp(1j * np.outer(self.orders, phase_rad)))
 
     def amplitude(self, probe: str, order: float) -> complex:
         """Return the complex amplitude of one probe at one order of this motion."""
@@ -79,6 +80,7 @@ class PeriodicMotion:
         return complex(self.amplitudes[names.index(probe), where[0]])
 
 
+@single_blas_thread
 def harmonic_balance(machine: Machine, *, speed_rpm: float, harmonics: int = 8, revolutions: int = 1) -> PeriodicMotion:
     """Return the steady periodic motion at constant speed.
 

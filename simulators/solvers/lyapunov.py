@@ -13,6 +13,7 @@ import numpy as np
 from ..errors import InvalidValueError
 from ..machine import Machine
 from ..speed_profile import as_profile
+from .blas import single_blas_thread
 from .stepper import LaneGroup, Stepper
 
 #: Initial distance over the size of the motion, each state measured by its own rms.
@@ -46,6 +47,7 @@ class LyapunovEstimate:
         return f"The motion is regular ({figure})."
 
 
+@single_blas_thread
 def lyapunov_exponent(
     machine: Machine,
     *,

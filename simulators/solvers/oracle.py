@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from ..errors import InvalidValueError, RotorwiseError
 from ..machine import Machine
 from ..speed_profile import SpeedProfile, as_profile
 from ..system import System
+from .blas import single_blas_thread
 from .plan import ForcePlan, force_plan
 
 
@@ -23,6 +25,7 @@ class OracleError(RotorwiseError):
     """The reference solver gave up."""
 
 
+@single_blas_thread
 def oracle(
     machine: Machine,
     *,
@@ -144,10 +147,8 @@ def _solver(method: str, relative: float, absolute: float | np.ndarray) -> Calla
     def solve(f: Derivative, jac: Derivative, low: float, high: float, state: np.ndarray, at: np.ndarray) -> np.ndarray:
         from scipy.integrate import solve_ivp
 
-        extra = {} if method == "DOP853" else {"jac": jac}
-        found = solve_ivp(
-            f, (low, high), state, method=method, t_eval=at, rtol=relative, atol=absolute, first_step=None, **extra
-        )
+        options: dict[str, Any] = {} if method == "DOP853" else {"jac": jac}
+        found = solve_ivp(f, (low, high), state, method=method, t_eval=at, rtol=relative, atol=absolute, **options)
         if not found.success:
             raise OracleError(f"{method} stopped at {found.t[-1] if found.t.size else low:.6g} s: {found.message}")
         return found.y

@@ -222,7 +222,9 @@ def write_signals(plan: ForcePlan, k: int, signals: np.ndarray, stages: tuple[np
         signals[:, stage, place] = own if same or own.shape[2] == 1 else own[:, :, lanes]
 
 
-def block_signals(plan: ForcePlan, start_s: float, step_s: float, steps: int) -> tuple[np.ndarray, ...]:
+def block_signals(
+    plan: ForcePlan, start_s: float, step_s: float, steps: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return what `kernel.run_block` needs of the signals of a block: signals, events and branches.
 
     Parameters

@@ -14,6 +14,7 @@ from ..errors import InvalidValueError, RotorwiseError
 from ..machine import Machine
 from ..speed_profile import SpeedProfile, as_profile
 from ..system import System
+from .blas import single_blas_thread
 from .stepper import LaneGroup, run_group
 
 #: More lanes than this side by side bring nothing: their states no longer fit the cache.
@@ -74,6 +75,7 @@ def simulate(machine: Machine, *, speed_rpm: float | SpeedProfile, **options: ob
     return simulate_batch([(machine, speed_rpm)], **options)[0]  # type: ignore[arg-type]
 
 
+@single_blas_thread
 def simulate_batch(
     cases: Sequence[Case],
     *,

@@ -114,7 +114,7 @@ def run_group(
         See `block_form`.
     """
     step = 1.0 / (rate_hz * factor)
-    before = int(np.ceil(settle_s / step))
+    before = int(np.ceil(settle_s * rate_hz)) * factor
     margin = filter_half_length(factor)
     samples = int(np.floor(duration_s * rate_hz + 1e-9))
     stepper = Stepper(group, step_s=step, start_s=-(before + margin) * step, modal=modal, highest_hz=highest_hz)
