@@ -12,6 +12,7 @@ from pathlib import Path
 import typer
 
 from . import cli_options as options
+from .papers import papers
 
 _FILES_IN_FULL = 3  # more files than this are shown as one table
 _USAGE, _OUTPUT, _INTERRUPTED = 2, 4, 130
@@ -105,6 +106,9 @@ def demo(output: options.Output = Path("rotorwise-demo"), force: options.DemoFor
         files_in_full=_FILES_IN_FULL,
     )
     raise typer.Exit(run(request))
+
+
+app.command()(papers)
 
 
 def main() -> None:
