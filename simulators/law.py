@@ -93,12 +93,16 @@ class Law:
         For signals that jump at known angles: ``jumps(parameters (parameters,), start_rad, stop_rad) -> angles`` gives
         the reference-shaft angles in (start, stop] at which they do. `signals` is then called with the extra keyword
         ``branch_rad``, the angle (instants, lanes) whose branch must be continued.
+    stiffest : callable, optional
+        For a contact: ``stiffest(parameters (parameters,)) -> float``, the largest local stiffness in N/m that the
+        linear core does not hold. The solver shortens its step accordingly and says so.
     """
 
     name: str
     signals: Signals
     force: Any = None
     jumps: Callable[[np.ndarray, float, float], np.ndarray] | None = None
+    stiffest: Callable[[np.ndarray], float] | None = None
 
     @property
     def is_linear(self) -> bool:

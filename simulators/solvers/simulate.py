@@ -21,6 +21,12 @@ from .stepper import LaneGroup, run_group
 MOST_LANES = 64
 #: A steady run whose last quarter is this many times stronger than its first is taken to diverge.
 DRIFT = 30.0
+#: An rms below this, in m, m/s, m/s2 or rad, is rounding.
+SILENT = 1e-13
+#: A contact's own oscillation (its stiffness on the mass that it meets) gets at least this many steps a radian.
+STEPS_OF_CONTACT = 2.0
+#: A contact that would need steps shorter than this is refused.
+SHORTEST_STEP_S = 1e-8
 
 Case = tuple[Machine, float | SpeedProfile]
 
@@ -131,7 +137,9 @@ def simulate_batch(
             profiles=[prepared[i][1] for i in members],
             systems=[prepared[i][0] for i in members],
         )
-        step = _step(cases[members[0]][0], rate_hz, step_s)
+        wanted = _step(cases[members[0]][0], rate_hz, step_s)
+        step = max(wanted, *(math.ceil(1 / (rate_hz * contact_step_s(system))) for system in lanes.systems))
+        remark = _refined(lanes.systems, step, rate_hz) if step > wanted else ""
         settle = cases[members[0]][0].definition.settle_s if settle_s is None else settle_s
         options = {"duration_s": duration_s, "rate_hz": rate_hz, "settle_s": settle}
         signals = run_group(lanes, factor=step, modal=modal, highest_hz=highest_hz, **options)
@@ -140,7 +148,7 @@ def simulate_batch(
             finer = run_group(lanes, factor=2 * step, modal=modal, highest_hz=highest_hz, **options)
             errors = [relative_error(a, b) for a, b in zip(signals, finer, strict=True)]
         for i, own, error in zip(members, signals, errors, strict=True):
-            results[i] = _result(cases[i][0], *prepared[i], own, rate_hz, 1 / (rate_hz * step), error)
+            results[i] = _result(cases[i][0], *prepared[i], own, rate_hz, 1 / (rate_hz * step), error, remark)
 
     if threads > 1 and len(groups) > 1:
         with ThreadPoolExecutor(threads) as pool:
@@ -151,11 +159,46 @@ def simulate_batch(
     return [result for result in results if result is not None]
 
 
+def contact_step_s(system: System) -> float:
+    """Return the longest step that the stiffest contact of a system allows, infinite without contact.
+
+    A contact of stiffness k between parts of mobility c = C L B (the displacement's acceleration under a unit force)
+    oscillates at sqrt(k c). The linear core knows nothing of it, so that an explicit stage must resolve it.
+    """
+    longest = math.inf
+    for k, force in enumerate(system.forces):
+        if force.law.stiffest is None:
+            continue
+        reads = system.motion_rows[system.inputs[k][: len(force.displacements)]]
+        mobility = np.abs(reads @ system.core @ system.force_columns[:, system.outputs[k]])
+        stiffness = force.law.stiffest(np.array(force.parameters))
+        frequency = math.sqrt(stiffness * float(mobility.max())) if mobility.size else 0.0
+        if frequency > 0:
+            longest = min(longest, 1 / (STEPS_OF_CONTACT * frequency))
+    if longest < SHORTEST_STEP_S:
+        raise InvalidValueError(
+            f"A contact of this machine needs steps of {longest:.2g} s; allowed: {SHORTEST_STEP_S:g} s or more. "
+            "Give it a lower contact stiffness."
+        )
+    return longest
+
+
+def _refined(systems: list[System], factor: int, rate_hz: float) -> str:
+    stiff = sorted({force.name for system in systems for force in system.forces if force.law.stiffest is not None})
+    return (
+        f"The step was shortened to {1 / (rate_hz * factor):.3g} s, as the contact stiffness of {', '.join(stiff)} "
+        "asks for."
+    )
+
+
 def relative_error(coarse: np.ndarray, fine: np.ndarray) -> np.ndarray:
-    """Return the rms difference of each probe over the rms of its alternating part, shape (probes,)."""
+    """Return the rms difference of each probe over the rms of its alternating part, shape (probes,).
+
+    0 for a probe that stands still: rounding over rounding says nothing.
+    """
     difference = np.sqrt(np.mean((coarse - fine) ** 2, axis=1))
     scale = np.sqrt(np.mean((fine - fine.mean(axis=1, keepdims=True)) ** 2, axis=1))
-    return difference / np.where(scale > 0, scale, 1.0)
+    return np.where(scale > SILENT, difference / np.maximum(scale, SILENT), 0.0)
 
 
 def _check(duration_s: float, rate_hz: float, threads: int, cases: int) -> None:
@@ -209,6 +252,7 @@ def _result(
     rate_hz: float,
     step_s: float,
     error: np.ndarray | None,
+    remark: str,
 ) -> Simulation:
     who = f"{machine.name} ({machine.preset_name}) with {dict(machine.changed)} and {list(machine.effects)}"
     if not np.all(np.isfinite(signals)):
@@ -227,7 +271,7 @@ def _result(
                 "stronger at the end than at the start. The machine is unstable with these parameters, or it "
                 "needs a longer settle_s."
             )
-    notes = [*system.notes]
+    notes = [*system.notes, *([remark] if remark else [])]
     for probe, signal in zip(system.probes, signals, strict=True):
         peak = float(np.abs(signal).max())
         if probe.limit is not None and peak > probe.limit:

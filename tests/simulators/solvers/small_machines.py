@@ -9,7 +9,7 @@ from rotorwise.simulators.rotor_dynamics.harmonic_force import harmonic_force
 
 
 def number(name, default):
-    return Parameter(name, "", default, (-1e9, 1e9), name, "test")
+    return Parameter(name, "", default, (-1e20, 1e20), name, "test")
 
 
 def define(build, *, step_s=1e-3, settle_s=0.0, **defaults):
@@ -119,3 +119,28 @@ def _build_rotor(assembly, values, switches):
 def rotor(**values):
     """Four-degree-of-freedom gyroscopic rotor with one stiffness that turns with the shaft."""
     return define(_build_rotor, step_s=2e-4, settle_s=1.0, **{"damping": 1e-3, "parametric": 0.0, **values})
+
+
+@compiled_force
+def _stop(signals, parameters, x, inputs, outputs, u):
+    for lane in range(x.shape[1]):
+        depth = x[inputs[0], lane] - parameters[1, lane]
+        if depth > 0:
+            u[outputs[0], lane] -= parameters[0, lane] * depth
+
+
+STOP = Law("one-sided stop", no_signals, _stop, stiffest=lambda parameters: float(parameters[0]))
+
+
+def _build_stop(assembly, values, switches):
+    assembly.add_coordinate("a", mass=1.0)
+    assembly.add_spring({"a": 1.0}, stiffness=100.0, damping=0.5)
+    x = ({"a": 1.0},)
+    assembly.forces.append(InterfaceForce("stop", STOP, (values["stiffness"], values["gap"]), x, x))
+    assembly.forces.append(harmonic_force("drive", x, order=1.0, cos=(values["drive"],), sin=(0.0,)))
+    add_probes(assembly, "a")
+
+
+def stop(**values):
+    """A mass on a spring that strikes a stop."""
+    return define(_build_stop, step_s=5e-3, settle_s=0.0, **{"stiffness": 1e6, "gap": 0.02, "drive": 10.0, **values})

@@ -11,7 +11,7 @@ from rotorwise.simulators.solvers.simulate import SimulationError, simulate_batc
 from rotorwise.simulators.solvers.stepper import LaneGroup, Stepper
 from rotorwise.simulators.speed_profile import ramp, steady, wander
 
-from .small_machines import duffing, rotor, switching
+from .small_machines import duffing, rotor, stop, switching
 
 TURN_A_SECOND = 60.0 / (2 * np.pi)
 
@@ -31,8 +31,7 @@ def final_state(machine, speed, start, *, step_s, duration_s):
 
 def orders(machine, speed, start, truth, steps, duration_s):
     errors = [
-        np.linalg.norm(final_state(machine, speed, start, step_s=step, duration_s=duration_s) - truth)
-        for step in steps
+        np.linalg.norm(final_state(machine, speed, start, step_s=step, duration_s=duration_s) - truth) for step in steps
     ]
     return np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
 
@@ -175,7 +174,7 @@ def test_instability_is_an_error_that_names_the_machine():
     ],
 )
 def test_bad_requests_are_refused(options):
-    with pytest.raises(InvalidValueError, match="allowed|longer"):
+    with pytest.raises(InvalidValueError, match=r"allowed|longer"):
         duffing().simulate(speed_rpm=60.0, **options)
 
 
@@ -183,3 +182,22 @@ def test_speed_is_never_guessed():
     for speed in (0.0, -3.0, float("nan"), "fast", True):
         with pytest.raises(InvalidValueError, match="rpm"):
             duffing().simulate(speed_rpm=speed, duration_s=1.0, rate_hz=10.0)
+
+
+def test_a_hard_contact_shortens_the_step_and_says_so():
+    hard = stop(stiffness=1e7)
+    options = {"speed_rpm": 1.0 * TURN_A_SECOND * 8, "duration_s": 2.0, "rate_hz": 5_000.0}
+    run = hard.simulate(**options)
+    assert run.step_s <= 1 / (2 * np.sqrt(1e7))
+    assert any("step was shortened" in note and "stop" in note for note in run.notes)
+    # It strikes, and stays within the deepest elastic penetration that its energy allows.
+    deepest = run.probe("a displacement").max() - 0.02
+    assert 0 < deepest < np.abs(run.probe("a velocity")).max() * np.sqrt(1 / 1e7) * 1.1
+    soft = stop(stiffness=10.0).simulate(**{**options, "rate_hz": 100.0})
+    assert soft.step_s == pytest.approx(5e-3)
+    assert not soft.notes
+
+
+def test_an_impossible_contact_is_refused():
+    with pytest.raises(InvalidValueError, match="contact"):
+        stop(stiffness=1e18).simulate(speed_rpm=100.0, duration_s=1.0, rate_hz=100.0)
