@@ -206,7 +206,7 @@ def machine_from_toml(source: str | Path) -> Machine:
     parameters, effects = content.get("parameters", {}), content.get("effects", [])
     if not isinstance(parameters, dict) or not isinstance(effects, list):
         raise InvalidValueError(f"{where}: allowed: a table [parameters] and tables [[effects]]. Correct the headings.")
-    machine = find_machine(content.get("machine", "")).preset(content.get("preset", "plausible"))
+    machine = find_machine(_text(where, content, "machine", "")).preset(_text(where, content, "preset", "plausible"))
     return machine.with_parameters(**parameters).with_effects(*(_effect(where, entry) for entry in effects))
 
 
@@ -214,7 +214,14 @@ def _effect(where: str, entry: dict[str, Any]) -> Effect:
     if not isinstance(entry, dict) or "effect" not in entry:
         raise InvalidValueError(f'{where}: an entry of [[effects]] has no name; allowed: effect = "unbalance", ...')
     values = {key: value for key, value in entry.items() if key not in ("effect", "at")}
-    return make_effect(entry["effect"], values, at=str(entry.get("at", "")))
+    return make_effect(_text(where, entry, "effect", ""), values, at=_text(where, entry, "at", ""))
+
+
+def _text(where: str, content: Mapping[str, object], key: str, default: str) -> str:
+    value = content.get(key, default)
+    if not isinstance(value, str):
+        raise InvalidValueError(f"{where}: {key} = {value!r}; allowed: a name in quotes. Correct it.")
+    return value
 
 
 def _check_keys(where: str, content: Mapping[str, object], allowed: set[str]) -> None:
