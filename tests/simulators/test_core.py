@@ -57,7 +57,7 @@ def test_phase_is_the_integral_of_speed(gaps, speeds, time):
     profile = SpeedProfile(tuple(times), tuple(speeds[: times.size]))
     step = 1e-5
     slope = (profile.phase_rad(np.array(time + step)) - profile.phase_rad(np.array(time - step))) / (2 * step)
-    assert slope == pytest.approx(profile.speed_rad_s(np.array(time)), rel=1e-3, abs=1e-3)
+    assert slope == pytest.approx(profile.speed_rad_s(np.array(time)), abs=step * 5000)
     assert profile.phase_rad(np.array(times[0])) == 0.0
 
 
