@@ -96,7 +96,7 @@ def _text(lines: tuple[float, ...]) -> str:
 def _printed() -> str:
     system = find_machine("amb_rotor").preset("as_printed").system(speed_rpm=RATED_RPM)
     growth = float(np.linalg.eigvals(system.core).real.max())
-    return f"no steady motion: grows with {growth:.3g} 1/s" if growth > 0 else f"stable, {growth:.3g} 1/s"
+    return f"No steady motion: grows with {growth:.3g} 1/s." if growth > 0 else f"Stable, {growth:.3g} 1/s."
 
 
 def _claim(place: str, says: str, corrected: str, verdict: str, *, with_effect: str = "", printed: str = "") -> Claim:
@@ -110,11 +110,11 @@ def _coupling_sign() -> Claim:
         growth[preset] = float(np.linalg.eigvals(system.core).real.max())
     return _claim(
         "Eqs (4), (5), (7), (10)",
-        "the closed loop with the coupling force as given levitates the rotor",
-        f"largest real part {growth['plausible']:.3g} 1/s",
+        "The closed loop with the coupling force as given levitates the rotor.",
+        f"Largest real part {growth['plausible']:.3g} 1/s.",
         "reproduced" if growth["as_printed"] < 0 else "not reproduced",
-        with_effect=f"coupling as printed, magnets of Eq (7) that centre: {growth['as_printed_eq_7']:.3g} 1/s",
-        printed=f"magnets of Eq (10): largest real part {growth['as_printed']:.3g} 1/s",
+        with_effect=f"Coupling as printed, magnets of Eq (7) that centre: {growth['as_printed_eq_7']:.3g} 1/s.",
+        printed=f"Magnets of Eq (10): largest real part {growth['as_printed']:.3g} 1/s.",
     )
 
 
@@ -123,10 +123,11 @@ def _static_stiffness() -> Claim:
     agree = abs(translation / 8.14e4 - 1) < 1e-3 and abs(rotation / 139.74 - 1) < 1e-4
     return _claim(
         "Eq (11)",
-        "k_x0 = 8.14e4 N/m, k_theta0 = 139.74 N.m/rad from the displacements given",
-        f"{translation:.4g} N/m, {rotation:.2f} N.m/rad at {math.degrees(math.atan(0.062515 / 0.072)):.0f} degrees",
+        "The displacements given make k_x0 = 8.14e4 N/m and k_theta0 = 139.74 N.m/rad.",
+        f"{translation / 1e4:.3f}e4 N/m, {rotation:.2f} N.m/rad at {math.degrees(math.atan(0.062515 / 0.072)):.0f} "
+        "degrees.",
         "reproduced" if agree else "partly",
-        printed="8.14e4 N/m, 139.74 N.m/rad",
+        printed="8.14e4 N/m, 139.74 N.m/rad.",
     )
 
 
@@ -141,10 +142,10 @@ def _case_1() -> Claim:
         verdict = "not reproduced"
     return _claim(
         "Fig 5, Case 1",
-        "unbalance alone: 1X only",
-        f"{_text(first)}: higher lines reach {100 * share:.1f} % of 1X",
+        "Unbalance alone makes 1X only.",
+        f"{_text(first)}: higher lines reach {100 * share:.1f} % of 1X.",
         verdict,
-        with_effect=f"without stiffness harmonics: {_text(bare)}",
+        with_effect=f"Without stiffness harmonics: {_text(bare)}.",
     )
 
 
@@ -153,10 +154,10 @@ def _case_2() -> Claim:
     risen = all(now > 2 * before for now, before in zip(second, first, strict=True))
     return _claim(
         "Fig 6, Case 2",
-        "parallel misalignment of 0.5 mm: 1X much larger, with 2X and 3X",
-        f"{_text(second)}, {second[0] / first[0]:.1f} times the 1X of Case 1{_beyond(second[0])}",
+        "Parallel misalignment of 0.5 mm makes 1X much larger and adds 2X and 3X.",
+        f"{_text(second)}, {second[0] / first[0]:.1f} times the 1X of Case 1{_beyond(second[0])}.",
         "reproduced" if risen and max(second[1:]) > _ABSENT * second[0] else "not reproduced",
-        with_effect=f"without stiffness harmonics: {_text(bare)}",
+        with_effect=f"Without stiffness harmonics: {_text(bare)}.",
     )
 
 
@@ -165,8 +166,8 @@ def _case_3() -> Claim:
     weak = _ABSENT < third[1] / third[0] < _WEAK and third[2] < third[1]
     return _claim(
         "Fig 7, Case 3",
-        "angular misalignment of 1 degree: 1X noticeably larger, weak 2X and 3X",
-        f"{_text(third)}, {third[0] / first[0]:.2f} times the 1X of Case 1",
+        "Angular misalignment of 1 degree makes 1X noticeably larger and adds weak 2X and 3X.",
+        f"{_text(third)}, {third[0] / first[0]:.2f} times the 1X of Case 1.",
         "reproduced" if third[0] > 1.1 * first[0] and weak else "not reproduced",
     )
 
@@ -174,9 +175,11 @@ def _case_3() -> Claim:
 def _parallel_against_angular() -> Claim:
     second, third = _lines(OFFSET_M, 0.0), _lines(0.0, ANGLE_RAD)
     return _claim(
-        "section 4.1",
-        "parallel misalignment (0.5 mm) has the greater impact than angular (1 degree)",
-        "parallel over angular, 1X/2X/3X: " + "/".join(f"{a / b:.1f}" for a, b in zip(second, third, strict=True)),
+        "Section 4.1",
+        "Parallel misalignment (0.5 mm) has a greater impact than angular misalignment (1 degree).",
+        "Parallel over angular, 1X/2X/3X: "
+        + "/".join(f"{a / b:.1f}" for a, b in zip(second, third, strict=True))
+        + ".",
         "reproduced" if all(a > b for a, b in zip(second, third, strict=True)) else "not reproduced",
     )
 
@@ -193,9 +196,9 @@ def _case_4() -> Claim:
     risen = np.all(fourth > 2 * first, axis=1)
     return _claim(
         "Fig 8, Case 4",
-        "parallel and angular together: 1X, 2X and 3X markedly increased",
-        f"equal phases: {_text(_lines(OFFSET_M, ANGLE_RAD))}; at least {(fourth / first).min():.1f} times Case 1 in "
-        "every line and phase",
+        "Parallel and angular misalignment together increase 1X, 2X and 3X markedly.",
+        f"Equal phases: {_text(_lines(OFFSET_M, ANGLE_RAD))}; at least {(fourth / first).min():.1f} times Case 1 in "
+        "every line and phase.",
         "reproduced" if risen.all() else "partly" if risen.any() else "not reproduced",
     )
 
@@ -205,10 +208,10 @@ def _case_4_largest() -> Claim:
     larger = np.all(fourth > second, axis=1)
     return _claim(
         "Figs 6 and 8",
-        "both misalignments together vibrate more than the parallel one alone",
-        f"depends on the phase between them, which the paper leaves open: 1X {fourth[:, 0].min():.0f} to "
+        "Both misalignments together make more vibration than the parallel one alone.",
+        f"Depends on the phase between them, which the paper leaves open: 1X {fourth[:, 0].min():.0f} to "
         f"{fourth[:, 0].max():.0f} um against {second[0]:.0f} um in Case 2; all three lines larger in "
-        f"{100 * larger.mean():.0f} % of the phases",
+        f"{100 * larger.mean():.0f} % of the phases.",
         "reproduced" if larger.all() else "partly" if larger.any() else "not reproduced",
     )
 
@@ -219,11 +222,11 @@ def _odd_lines() -> Claim:
     without = _largest(_machine().with_parameters(harmonic_2=0.0).with_effects(effect))
     share = without[2] / whole[2]
     return _claim(
-        "sections 1 and 5",
-        "the varying stiffness explains odd lines (1X, 3X) as well as even ones",
-        f"{_text(whole)}; 3X needs the second harmonic of the stiffness: {100 * share:.0f} % of it stay without",
+        "Sections 1 and 5",
+        "The varying stiffness explains odd lines (1X, 3X) as well as even ones.",
+        f"{_text(whole)}; 3X needs the second harmonic of the stiffness: {100 * share:.0f} % of it stay without.",
         "reproduced" if whole[2] > _ABSENT * whole[0] and share < 0.5 else "partly",
-        with_effect=f"without stiffness harmonics: {_text(_lines(OFFSET_M, 0.0, harmonics=False))}",
+        with_effect=f"Without stiffness harmonics: {_text(_lines(OFFSET_M, 0.0, harmonics=False))}.",
     )
 
 
@@ -244,10 +247,10 @@ def _run_up() -> Claim:
     largest = np.abs(runs[0].signals).max(axis=1) * 1e6
     return _claim(
         "Fig 9",
-        "run-up of Case 1: a critical speed at 2580 rpm, near the first rigid-body mode",
-        f"largest at {_list(peaks[0])} rpm on paths 1 to 4 ({_list(largest)} um); modes with damping {damping}",
+        "The run-up of Case 1 shows a critical speed at 2580 rpm, near the first rigid-body mode.",
+        f"Largest at {_list(peaks[0])} rpm on paths 1 to 4 ({_list(largest)} um); modes with damping {damping}.",
         "reproduced" if near.all() else "partly" if near.any() else "not reproduced",
-        with_effect=f"without stiffness harmonics: {_list(peaks[1])} rpm",
+        with_effect=f"Without stiffness harmonics: {_list(peaks[1])} rpm.",
     )
 
 
@@ -284,8 +287,8 @@ def _threshold_ranges() -> Claim:
     verdict = "reproduced" if possible.all() else "partly" if possible.any() else "not reproduced"
     return _claim(
         "Figs 10 to 12",
-        "at 2580 and 4000 rpm a range of offset and angle keeps every path in zone B",
-        "; ".join(texts) + "; the sets are convex (proved: the peak is a maximum of affine functions)",
+        "At 2580 and 4000 rpm a range of offset and angle keeps every path in zone B.",
+        "; ".join(texts) + "; the sets are convex (proved: the peak is a maximum of affine functions).",
         verdict,
     )
 
@@ -301,9 +304,9 @@ def _paths_and_speeds() -> Claim:
     verdict = "reproduced" if paths and speeds else "partly" if paths or speeds else "not reproduced"
     return _claim(
         "Fig 12",
-        "tolerance of misalignment differs from path to path and with speed",
-        f"largest offset within zone B on paths 1 to 4: {_list(allowed[0])} um at 2580 rpm, {_list(allowed[1])} um at "
-        "4000 rpm (0: unbalance alone is already beyond)",
+        "The tolerance of misalignment differs from path to path and with the speed.",
+        f"Largest offset within zone B on paths 1 to 4: {_list(allowed[0])} um at 2580 rpm, {_list(allowed[1])} um at "
+        "4000 rpm (0: unbalance alone is already beyond).",
         verdict,
     )
 
@@ -321,13 +324,13 @@ def _swarm() -> Claim:
     better = identify_by_least_squares(one, harmonics=3, noise_m=_NOISE_M)
     return _claim(
         "Eqs (12) to (15)",
-        "a particle swarm (50 particles, 100 iterations) on summed amplitudes identifies a_n, b_n, c_n, d_n",
-        f"three swarms fit the sums to {misfit:.1e} of their size and differ by up to {spread.max():.2f} in a "
-        f"coefficient; {summed.rank} numbers, {summed.unknowns} unknowns",
+        "A particle swarm (50 particles, 100 iterations) on summed amplitudes identifies a_n, b_n, c_n, d_n.",
+        f"Three swarms fit the sums to {misfit:.1e} of their size and differ by up to {spread.max():.2f} in a "
+        f"coefficient; {summed.rank} numbers, {summed.unknowns} unknowns.",
         "reproduced" if spread.max() < 0.1 else "not reproduced",
-        with_effect=f"complex amplitudes of all channels: rank {full.rank}, {full.determined} combinations known "
+        with_effect=f"Complex amplitudes of all channels: rank {full.rank}, {full.determined} combinations known "
         f"within 0.1 at 0.1 um noise; 95 % half-widths up to {better.half_width_95[:2].max():.2f} in translation, "
-        f"{better.half_width_95[2:].max():.2f} in rotation",
+        f"{better.half_width_95[2:].max():.2f} in rotation.",
     )
 
 
@@ -339,12 +342,12 @@ def _fft_reading() -> Claim:
     read = fft_amplitudes(unit, rate_hz=rate, speed_rpm=RATED_RPM, orders=3)[0]
     return _claim(
         "Eqs (12), (13)",
-        "the largest line of a one-second record near each order is its amplitude",
-        "lines of amplitude 1 at 4000 rpm read " + "/".join(f"{value:.3f}" for value in read) + " at 1X/2X/3X",
+        "The largest line of a one-second record near each order is its amplitude.",
+        "Lines of amplitude 1 at 4000 rpm read " + "/".join(f"{value:.3f}" for value in read) + " at 1X/2X/3X.",
         "reproduced"
         if np.all(np.abs(read - 1) < 0.02)
         else "partly"
         if np.any(np.abs(read - 1) < 0.02)
         else "not reproduced",
-        printed="the same: it does not depend on the machine",
+        printed="The same: it does not depend on the machine.",
     )

@@ -104,7 +104,8 @@ def _rough_teeth(plausible: Results) -> Claim:
         "Eqs (6), (8), Table 3",
         "With a transmission error of 20 um the teeth are always in contact: the mesh force has no backlash.",
         "The printed force pulls where the teeth are apart.",
-        f"Teeth apart {rough.apart:.0%} of the time, rms {rough.rms:.3g} m/s2; with 2 um {smooth.apart:.0%}, "
+        f"Teeth apart {100 * rough.apart:.0f} % of the time, rms {rough.rms:.3g} m/s2; with 2 um "
+        f"{100 * smooth.apart:.0f} %, "
         f"rms {smooth.rms:.3g} m/s2.",
         "",
         "not reproduced" if rough.apart > 0.01 else "reproduced",
@@ -116,7 +117,7 @@ def _healthy_lines(printed: Results, plausible: Results) -> Claim:
     case = _MISALIGNED[0]
     return Claim(
         "001",
-        "Figure 8b",
+        "Fig 8b",
         "The healthy spectrum consists mainly of f_o1, 2f_o1, 3f_o1, 4f_o1, f_m and 2f_m.",
         _amplitudes(printed[case], names),
         _amplitudes(plausible[case], names),
@@ -131,7 +132,7 @@ def _rotor_lines(printed: Results, plausible: Results) -> Claim:
     }
     return Claim(
         "001",
-        "Figures 7b, 8b",
+        "Figs 7b, 8b",
         "A misaligned rotor (0.1 mm) makes f_r1, f_o1 +- f_r1 and f_m +- f_r1, in simulation and experiment.",
         _amplitudes(printed[_BASE], ROTOR_SIDEBANDS),
         _amplitudes(plausible[_BASE], ROTOR_SIDEBANDS),
@@ -150,7 +151,7 @@ def _double_rotor_lines(printed: Results, plausible: Results) -> Claim:
     shown = ("2f_r1", *names)
     return Claim(
         "001",
-        "Figure 8b",
+        "Fig 8b",
         "A misaligned rotor makes f_o1 +- 2f_r1, a deeper misalignment (0.2 mm) also f_m +- 2f_r1 and 2f_m +- 2f_r1. "
         "(2f_r1 itself is not named.)",
         _amplitudes(printed[deep], shown),
@@ -161,7 +162,7 @@ def _double_rotor_lines(printed: Results, plausible: Results) -> Claim:
 
 
 def _misalignment_claims(printed: Results, plausible: Results) -> list[Claim]:
-    """Figure 9: what grows with the misalignment."""
+    """Fig 9: what grows with the misalignment."""
 
     def claim(place: str, says: str, tests: Sequence[tuple[str, Callable[[Sequence[float]], bool]]]) -> Claim:
         names = [name for name, _ in tests]
@@ -173,7 +174,7 @@ def _misalignment_claims(printed: Results, plausible: Results) -> list[Claim]:
         return Claim(
             "001",
             place,
-            says + " (0 / 0.05 / 0.1 / 0.2 mm)",
+            says.removesuffix(".") + " (0 / 0.05 / 0.1 / 0.2 mm).",
             "(0 / 0.1 / 0.2 mm) " + _series(printed, (*_MISALIGNED[::2], _MISALIGNED[3]), names),
             _series(plausible, _MISALIGNED, names),
             pushed,
@@ -181,11 +182,11 @@ def _misalignment_claims(printed: Results, plausible: Results) -> list[Claim]:
         )
 
     return [
-        claim("Figure 9a", "RMS and peak-to-peak rise with the misalignment.", [("rms", _rises), ("p-p", _rises)]),
-        claim("Figure 9b", "f_r1 rises with the misalignment.", [("f_r1", _rises)]),
-        claim("Figure 9c", "f_o1 and f_o1 + f_r1 rise.", [("f_o1", _rises), ("f_o1+f_r1", _rises)]),
+        claim("Fig 9a", "RMS and peak-to-peak rise with the misalignment.", [("rms", _rises), ("p-p", _rises)]),
+        claim("Fig 9b", "f_r1 rises with the misalignment.", [("f_r1", _rises)]),
+        claim("Fig 9c", "f_o1 and f_o1 + f_r1 rise.", [("f_o1", _rises), ("f_o1+f_r1", _rises)]),
         claim(
-            "Figure 9d",
+            "Fig 9d",
             "f_m hardly changes while f_m +- f_r1 rise.",
             [("f_m", _unchanged), ("f_m-f_r1", _rises), ("f_m+f_r1", _rises)],
         ),
@@ -198,7 +199,7 @@ def _speed_claims(printed: Results, plausible: Results) -> list[Claim]:
         few = (_SPEEDS[0], _SPEEDS[1], _SPEEDS[3])
         return Claim(
             "001",
-            "Figure 11",
+            "Fig 11",
             says,
             "(20 / 30 / 50 Hz) " + _series(printed, few, names),
             "(20 / 30 / 40 / 50 Hz) " + _series(plausible, _SPEEDS, names),
@@ -235,9 +236,9 @@ def _load_claims(printed: Results, plausible: Results) -> list[Claim]:
 
     sidebands = [(name, _rises) for name in ROTOR_SIDEBANDS[1:]]
     return [
-        claim("Figure 12a", "The responses are little affected by the load, 10 to 70 N.m.", [("rms", _little)]),
-        claim("Figure 13a", "f_r1, f_o1 and f_m rise with the load.", [(n, _rises) for n in ("f_r1", "f_o1", "f_m")]),
-        claim("Figure 13b", "f_o1 +- f_r1 and f_m +- f_r1 rise with the load.", sidebands),
+        claim("Fig 12a", "The responses are little affected by the load, 10 to 70 N.m.", [("rms", _little)]),
+        claim("Fig 13a", "f_r1, f_o1 and f_m rise with the load.", [(n, _rises) for n in ("f_r1", "f_o1", "f_m")]),
+        claim("Fig 13b", "f_o1 +- f_r1 and f_m +- f_r1 rise with the load.", sidebands),
     ]
 
 
@@ -276,11 +277,16 @@ def _little(values: Sequence[float]) -> bool:
 
 
 def _series(results: Results, cases: Sequence[Case], names: Sequence[str]) -> str:
-    return "; ".join(f"{name} {' / '.join(_text(_value(results[case], name)) for case in cases)}" for name in names)
+    parts = (f"{name} {' / '.join(_text(_value(results[case], name)) for case in cases)}" for name in names)
+    return _with_unit("; ".join(parts))
 
 
 def _amplitudes(spectrum: Spectrum, names: Sequence[str]) -> str:
-    return ", ".join(f"{name} {_text(_value(spectrum, name))}" for name in names)
+    return _with_unit(", ".join(f"{name} {_text(_value(spectrum, name))}" for name in names))
+
+
+def _with_unit(text: str) -> str:
+    return text if text.endswith("absent") else text + " m/s2"
 
 
 def _text(value: float) -> str:

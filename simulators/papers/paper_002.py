@@ -27,6 +27,8 @@ _RATE_HZ = 1000.0
 _RECORDS_S = (2.0, 10.0)
 #: A line this small (m) counts as absent: displacement sensors do not see it.
 _ABSENT_M = 1e-7
+#: Below this (m) there is rounding only.
+_ROUNDING_M = 1e-15
 _PROBE = "rotor_2.y"
 _LOST = BoltLoss(loss=1.0, angle_rad=0.0)
 _SOFT_SIDEWAYS = SupportAnisotropy(fraction=-0.3)
@@ -94,6 +96,8 @@ def _masses(machine: Machine) -> list[tuple[float, float]]:
 
 
 def _um(value_m: float) -> str:
+    if value_m < _ROUNDING_M:
+        return "0"
     return f"{1e6 * value_m:.2g}" if value_m < 99.5e-6 else f"{1e6 * value_m:.0f}"
 
 
@@ -185,7 +189,7 @@ def _figure_4() -> Claim:
     after = recorded_m(reduced, [2], speed_rpm=1200, record_s=_RECORDS_S[-1])[0]
     return Claim(
         "002",
-        "Figure 4",
+        "Fig 4",
         "1200 rpm, offset 0.5 mm (0.1 mm in the text of the figure): 2X of about 2 um.",
         f"{_lines(printed, 1200)} (steady).",
         f"{_records(reduced, 2, 1200)}; bolt circle 0.35 m {_um(wider)} um, offset 0.1 mm "
@@ -208,7 +212,7 @@ def _figure_5() -> Claim:
     twists = [steady_m(m, 1, speed_rpm=1200, probe="twist") for m in (printed, reduced)]
     return Claim(
         "002",
-        "Figure 5",
+        "Fig 5",
         "A torque of 390 N.m at 1X changes the spectrum at 1200 rpm (no numbers).",
         f"{_records(printed, 2, 1200)}; twist {twists[0]:.2g} rad steady, in a model linear in the twist.",
         f"{_records(reduced, 2, 1200)}; twist {twists[1]:.2g} rad steady, softened by sin(twist).",
@@ -223,7 +227,7 @@ def _figure_6() -> Claim:
     before, after = (steady_m(m, 2, speed_rpm=1200) for m in (healthy, faulty))
     return Claim(
         "002",
-        "Figure 6, Section 4",
+        "Fig 6, Section 4",
         "With one bolt lost the harmonics are clear at 1200 rpm and 2X rises markedly.",
         f"{_lines(_preset('as_printed').with_effects(_LOST), 1200)} (steady).",
         f"2X {_um(before)} um healthy; bolt lost {_records(faulty, 2, 1200)}. Finite rotor 1: "
@@ -260,7 +264,7 @@ def _figure_7() -> Claim:
     holds, with_effect = ([steady_m(m, n, speed_rpm=1320) > _ABSENT_M for n in (2, 3)] for m in (faulty, uneven))
     return Claim(
         "002",
-        "Figure 7",
+        "Fig 7",
         "One bolt lost, 1320 rpm: a series of harmonics.",
         f"{_lines(_preset('as_printed').with_effects(_LOST), 1320)} (steady).",
         f"{_lines(faulty, 1320)} (steady); {_records(faulty, 2, 1320)}.",
@@ -283,7 +287,7 @@ def _transient() -> Claim:
     first, last = (2 * abs(np.sum(window * wave * part)) / window.sum() for part in (y[:1000], y[-1000:]))
     return Claim(
         "002",
-        "Figure 7",
+        "Fig 7",
         "The peak at the flexural natural frequency is a transient that disappears in a longer record.",
         "",
         f"At {mode_hz:.3g} Hz: {_um(first)} um in the first second, {_um(last)} um in the tenth.",
@@ -303,14 +307,15 @@ def _figure_8() -> Claim:
 
     return Claim(
         "002",
-        "Figure 8",
+        "Fig 8",
         "One bolt lost, 600 rpm: 3X of about 10 um, no 2X.",
         f"{_lines(_preset('as_printed').with_effects(_LOST), 600)}. Eqs (15) and (16) turn against each other: healthy "
         "3X "
         f"{_um(steady_m(_preset('as_printed'), 3, speed_rpm=600))} um, with the sign of F_y in Eq (16) turned "
         f"{_um(steady_m(turned, 3, speed_rpm=600))} um.",
         f"{_lines(faulty, 600)}. Finite rotor 1: {_lines(finite, 600)}.",
-        f"Supports 30 % softer sideways and gravity: {_lines(uneven[0], 600)}; finite rotor 1 {_lines(uneven[1], 600)}",
+        f"Supports 30 % softer sideways and gravity: {_lines(uneven[0], 600)}; finite rotor 1: "
+        f"{_lines(uneven[1], 600)}",
         _verdict(holds(faulty), with_effect=holds(uneven[1])),
     )
 
