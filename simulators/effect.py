@@ -10,18 +10,22 @@ import dataclasses
 import functools
 import importlib
 import pkgutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
+from .assembly import MissingPartError
 from .errors import InvalidValueError
 from .parameter import Parameter, parameters_of
 
 if TYPE_CHECKING:
-    from .assembly import Assembly
-    from .machine import Machine
+    import numpy as np
 
-STAGES = ("structure", "force", "sensor")
+    from .assembly import Assembly, Probe
+    from .machine import Machine
+    from .sensor_record import SensorRecord
+
+STAGES = ("speed", "structure", "force", "sensor")
 
 
 @dataclass(frozen=True)
@@ -38,12 +42,19 @@ class Line:
         The exciting force grows as speed to this power, away from resonances. None when it has no such law.
     load_exponent : float, optional
         The same for load.
+    frequency_hz : float
+        Added to the order's frequency: the line lies at order x speed + frequency_hz, on the positive side.
     """
 
     order: float
     direction: str = "lateral"
     speed_exponent: float | None = None
     load_exponent: float | None = None
+    frequency_hz: float = 0.0
+
+    def order_at(self, speed_rpm: float) -> float:
+        """Return the line's place as a multiple of the reference-shaft speed, at one speed."""
+        return abs(self.order + 60 * self.frequency_hz / speed_rpm)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,8 +66,8 @@ class Effect:
     NAME : str
         As in machine files and on the command line.
     STAGE : str
-        "structure" changes masses, dampers, springs or their angle harmonics; "force" adds an interface force;
-        "sensor" changes the recorded signal.
+        "speed" changes the shaft's speed (`SpeedEffect`); "structure" changes masses, dampers, springs or their angle
+        harmonics; "force" adds an interface force; "sensor" changes the recorded signal (`SensorEffect`).
     ROLE : str
         The part it acts on: a role of a place or a component (see `Assembly`).
     MEANING, CHECK : str
@@ -108,6 +119,86 @@ class Effect:
     def at_zero(self) -> Effect:
         """Return a copy of zero strength: every strength at the value where the effect is absent."""
         return dataclasses.replace(self, **{p.name: p.zero for p in self.parameters() if p.zero is not None})
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpeedEffect(Effect):
+    """Base class of effects on the speed of the reference shaft; they act before the machine is simulated.
+
+    Harmonic balance, Floquet analysis and everything else at constant speed do not see them.
+    """
+
+    STAGE = "speed"
+    ROLE = "shaft speed"
+
+    def contribute(self, assembly: Assembly) -> None:
+        """Change nothing: the effect is in the speed."""
+
+    def speed_change(self, *, duration_s: float) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return knots (s, from 0) and the relative change of speed at each; None when the effect is absent."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorEffect(Effect):
+    """Base class of effects on the recorded signal; they act after the physics. Subclasses set `LINK` and `apply`.
+
+    Strengths are in the channel's unit, or a share of its measuring range (`SensorRecord.full_scale`), which is the
+    largest value of the healthy record unless a `SensorChain` states it.
+
+    Attributes
+    ----------
+    LINK : str
+        The link of the measuring chain on which it acts, one of `sensor_record.LINKS`.
+    QUANTITIES : tuple of str
+        The quantities of the probes that it can act on.
+    at : str
+        Name of a probe, or of a location for all its probes; empty for all probes that fit.
+    """
+
+    STAGE = "sensor"
+    ROLE = "probe"
+    LINK: ClassVar[str] = ""
+    QUANTITIES: ClassVar[tuple[str, ...]] = ("displacement", "velocity", "acceleration")
+
+    @property
+    def is_random(self) -> bool:
+        """Whether `apply` draws random numbers, so that the simulation needs a seed."""
+        return False
+
+    def demand(self, *, rate_hz: float, duration_s: float) -> tuple[int, float]:
+        """Return the multiple of the output rate that the record needs before the filter, and extra seconds."""
+        return 1, 0.0
+
+    def fits(self, probe: Probe) -> bool:
+        """Return whether the effect can act on a probe of this kind."""
+        return probe.quantity in self.QUANTITIES
+
+    def chosen(self, probes: Sequence[Probe]) -> list[int]:
+        """Return the numbers of the probes on which the effect acts.
+
+        Raises
+        ------
+        MissingPartError
+            When there is none.
+        """
+        able = [i for i, probe in enumerate(probes) if self.fits(probe)]
+        found = [i for i in able if self.at in ("", probes[i].name, probes[i].location)]
+        if not found:
+            names = ", ".join(dict.fromkeys(name for i in able for name in (probes[i].name, probes[i].location)))
+            raise MissingPartError(
+                f"Effect {self.NAME} finds no probe{f' {self.at!r}' if self.at else ''} that fits it (it acts on "
+                f"{', '.join(self.QUANTITIES)}); allowed: {names or 'none on this machine'}. Choose one of them."
+            )
+        return found
+
+    def contribute(self, assembly: Assembly) -> None:
+        """Change nothing in the machine, but check that it has such a probe."""
+        self.chosen(assembly.probes)
+
+    def apply(self, record: SensorRecord, generator: np.random.Generator) -> SensorRecord:
+        """Return the record as this effect leaves it; ``generator`` is the effect's own stream of random numbers."""
+        raise NotImplementedError
 
 
 @functools.cache

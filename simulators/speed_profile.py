@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -114,6 +115,25 @@ def wander(*, speed_rpm: float, deviation: float, bandwidth_hz: float, duration_
     noise *= deviation / noise.std()
     times = np.linspace(0.0, duration_s, count)
     return SpeedProfile(tuple(times), tuple(_radians_per_second(speed_rpm) * (1 + noise)))
+
+
+def modulated(profile: SpeedProfile, changes: Sequence[tuple[np.ndarray, np.ndarray]]) -> SpeedProfile:
+    """Return the profile with its speed multiplied by 1 + each relative change.
+
+    Parameters
+    ----------
+    profile : SpeedProfile
+    changes : sequence of (times_s, change)
+        Piecewise linear, both of shape (knots,). All knots are joined first, so that the order does not matter.
+    """
+    if not changes:
+        return profile
+    knots = np.unique(np.concatenate([profile.times_s, *(times for times, _ in changes)]))
+    speeds = profile.speed_rad_s(knots)
+    factors = sorted((1 + np.interp(knots, times, change) for times, change in changes), key=tuple)
+    for factor in factors:
+        speeds = speeds * factor
+    return SpeedProfile(tuple(knots.tolist()), tuple(speeds.tolist()))
 
 
 def as_profile(speed_rpm: float | SpeedProfile) -> SpeedProfile:

@@ -6,13 +6,16 @@ import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from ..assembly import Probe
+from ..effect import SpeedEffect
 from ..errors import InvalidValueError, RotorwiseError
 from ..machine import Machine
-from ..speed_profile import SpeedProfile, as_profile
+from ..sensor_chain import check_seed, demand, record_of, run_chain, sensor_effects
+from ..speed_profile import SpeedProfile, as_profile, modulated
 from ..system import System
 from .blas import single_blas_thread
 from .stepper import LaneGroup, run_group
@@ -81,8 +84,85 @@ def simulate(machine: Machine, *, speed_rpm: float | SpeedProfile, **options: ob
     return simulate_batch([(machine, speed_rpm)], **options)[0]  # type: ignore[arg-type]
 
 
-@single_blas_thread
 def simulate_batch(
+    cases: Sequence[Case], *, duration_s: float, rate_hz: float, seed: int | None = None, **options: Any
+) -> list[Simulation]:
+    """Return the probe signals of several machines, side by side where they share their linear core.
+
+    Effects of all stages act: on the speed before, on the recorded signals after the physics.
+
+    Parameters
+    ----------
+    cases : sequence of (Machine, speed)
+        Speed in revolutions a minute, or a `SpeedProfile`.
+    duration_s, rate_hz : float
+        Of the recorded signals; time 0 of a speed profile is their first sample.
+    seed : int, optional
+        Required when an effect on the recorded signals is random.
+    **options
+        As in `simulate_motion`.
+
+    Raises
+    ------
+    InvalidValueError
+        For a rate, duration, step or seed that is not allowed.
+    SimulationError
+        When the motion grows without bound.
+    """
+    for machine, _ in cases:
+        check_seed(sensor_effects(machine), seed)
+    raw = simulate_raw(cases, duration_s=duration_s, rate_hz=rate_hz, **options)
+    samples = math.floor(duration_s * rate_hz + 1e-9)
+    return [
+        _recorded(simulation, machine, rate_hz, samples, seed, stream)
+        for stream, (simulation, (machine, _)) in enumerate(zip(raw, cases, strict=True))
+    ]
+
+
+def _recorded(
+    simulation: Simulation, machine: Machine, rate_hz: float, samples: int, seed: int | None, stream: int
+) -> Simulation:
+    effects = sensor_effects(machine)
+    if not effects:
+        return simulation
+    record = record_of(simulation, machine, output_rate_hz=rate_hz)
+    record = run_chain(record, effects, samples=samples, seed=seed, stream=stream)
+    return replace(
+        simulation,
+        signals=record.signals,
+        rate_hz=rate_hz,
+        phase_rad=record.phase_rad,
+        speed_rad_s=record.speed_rad_s,
+    )
+
+
+def simulate_raw(cases: Sequence[Case], *, duration_s: float, rate_hz: float, **options: Any) -> list[Simulation]:
+    """Return the motion of several machines as their measuring chains need it; see `simulate_batch`.
+
+    The speed carries its effects. Where an effect on the recorded signals asks for it, the rate is a multiple of
+    ``rate_hz`` and the record longer.
+    """
+    _check(duration_s, rate_hz, options.get("threads", 1), len(cases))
+    wanted = [demand(sensor_effects(machine), rate_hz=rate_hz, duration_s=duration_s) for machine, _ in cases]
+    results: list[Simulation | None] = [None] * len(cases)
+    for factor, extra in dict.fromkeys(wanted):
+        members = [i for i, own in enumerate(wanted) if own == (factor, extra)]
+        length = duration_s + extra
+        some = [(cases[i][0], _wandering(*cases[i], length)) for i in members]
+        for i, run in zip(
+            members, simulate_motion(some, duration_s=length, rate_hz=rate_hz * factor, **options), strict=True
+        ):
+            results[i] = run
+    return [result for result in results if result is not None]
+
+
+def _wandering(machine: Machine, speed: float | SpeedProfile, duration_s: float) -> SpeedProfile:
+    changes = [e.speed_change(duration_s=duration_s) for e in machine.effects if isinstance(e, SpeedEffect)]
+    return modulated(as_profile(speed), [change for change in changes if change is not None])
+
+
+@single_blas_thread
+def simulate_motion(
     cases: Sequence[Case],
     *,
     duration_s: float,
@@ -94,7 +174,7 @@ def simulate_batch(
     modal: bool = True,
     highest_hz: float | None = None,
 ) -> list[Simulation]:
-    """Return the probe signals of several machines, side by side where they share their linear core.
+    """Return the motion at the probes of several machines, without effects on speed and recording.
 
     Parameters
     ----------

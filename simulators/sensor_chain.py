@@ -1,0 +1,342 @@
+"""From simulated motion to a measured record: a healthy measuring chain, and the effects of stage "sensor" on it.
+
+Without a `SensorChain` the chain is ideal apart from the effects. With one, each link first does what the healthy part
+does and then what is wrong with it. Sensor effects act in the order of the links, never in the order given.
+"""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .effect import SensorEffect
+from .errors import InvalidValueError
+from .sensor_record import LINKS, SensorRecord, filtered, resonance, rounded, sampled
+
+if TYPE_CHECKING:
+    from .assembly import Probe
+    from .machine import Machine
+    from .solvers.simulate import Simulation
+    from .speed_profile import SpeedProfile
+
+
+def sensor_effects(machine: Machine) -> list[SensorEffect]:
+    """Return the machine's effects on the measuring chain, in the order of the chain's links."""
+    found = [effect for effect in machine.effects if isinstance(effect, SensorEffect)]
+    return sorted(found, key=lambda e: (LINKS.index(e.LINK), e.NAME, e.at, tuple(e.values().values())))
+
+
+def demand(effects: Sequence[SensorEffect], *, rate_hz: float, duration_s: float) -> tuple[int, float]:
+    """Return the multiple of the output rate and the extra seconds that the effects together need."""
+    wanted = [effect.demand(rate_hz=rate_hz, duration_s=duration_s) for effect in effects]
+    return max((factor for factor, _ in wanted), default=1), max((extra for _, extra in wanted), default=0.0)
+
+
+def check_seed(effects: Sequence[SensorEffect], seed: int | None) -> None:
+    """Raise InvalidValueError when an effect draws random numbers and there is no seed."""
+    names = [effect.NAME for effect in effects if effect.is_random]
+    if names and seed is None:
+        raise InvalidValueError(
+            f"seed = None, but {', '.join(names)} is random; allowed: a whole number of at least 0. Give seed=1, or "
+            "another one for another draw."
+        )
+    if seed is not None and (isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0):
+        raise InvalidValueError(f"seed = {seed!r}; allowed: a whole number of at least 0. Correct it.")
+
+
+def record_of(simulation: Simulation, machine: Machine, *, output_rate_hz: float) -> SensorRecord:
+    """Return what a chain without any limits would record of a simulation."""
+    places = machine.bare_assembly().places
+    ratios = tuple(places[p.location].shaft_ratio if p.location in places else 1.0 for p in simulation.probes)
+    return SensorRecord(
+        signals=simulation.signals,
+        rate_hz=simulation.rate_hz,
+        output_rate_hz=output_rate_hz,
+        phase_rad=simulation.phase_rad,
+        speed_rad_s=simulation.speed_rad_s,
+        channels=simulation.probes,
+        shaft_ratios=ratios,
+        full_scale=np.abs(simulation.signals).max(axis=1),
+        leak=np.zeros(len(simulation.probes)),
+    )
+
+
+def run_chain(
+    record: SensorRecord,
+    effects: Sequence[SensorEffect],
+    *,
+    samples: int,
+    seed: int | None,
+    stream: int = 0,
+    chain: SensorChain | None = None,
+) -> SensorRecord:
+    """Return the finished record of ``samples`` samples at the output rate.
+
+    Parameters
+    ----------
+    record : SensorRecord
+    effects : sequence of SensorEffect
+        In the order of the links, as `sensor_effects` gives them.
+    samples : int
+    seed : int or None
+    stream : int
+        Number of the run among several with the same seed.
+    chain : SensorChain, optional
+    """
+    check_seed(effects, seed)
+    if chain is not None:
+        record = replace(record, full_scale=chain.ranges(record))
+    generators = _generators(effects, seed or 0, stream)
+    for link in LINKS:
+        if chain is not None:
+            record = chain.healthy(link, record, _stream(seed or 0, stream, link, 0))
+        for effect, generator in zip(effects, generators, strict=True):
+            if link == effect.LINK:
+                record = effect.apply(record, generator)
+        if link == "filter":
+            record = sampled(record)
+    return replace(
+        record,
+        signals=np.ascontiguousarray(record.signals[:, :samples]),
+        phase_rad=record.phase_rad[:samples],
+        speed_rad_s=record.speed_rad_s[:samples],
+    )
+
+
+def _generators(effects: Sequence[SensorEffect], seed: int, stream: int) -> list[np.random.Generator]:
+    """Return a stream of random numbers for each effect that does not change when other effects come or go."""
+    seen: dict[str, int] = {}
+    made = []
+    for effect in effects:
+        name = f"{effect.NAME} at {effect.at}"
+        made.append(_stream(seed, stream, name, seen.get(name, 0)))
+        seen[name] = seen.get(name, 0) + 1
+    return made
+
+
+def _stream(seed: int, stream: int, name: str, number: int) -> np.random.Generator:
+    return np.random.default_rng([seed, stream, zlib.crc32(name.encode()), number])
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorChain:
+    """A healthy measuring chain. Every part that is left out is ideal.
+
+    Parameters
+    ----------
+    mounting_hz : float, optional
+        Mounted resonance of the accelerometers, of damping ratio ``mounting_damping_ratio``.
+    high_pass_hz : float
+        First-order high-pass of the AC coupling, -3 dB there; 0 for a chain that keeps the mean.
+    pole_hz : float, optional
+        First-order low-pass of sensor and amplifier, -3 dB there.
+    anti_alias_hz : float, optional
+        Butterworth low-pass of order ``anti_alias_order``, -3 dB there, in front of the converter; on top of the
+        simulation's own filter, which is flat up to 0.4 of the output rate.
+    noise : mapping of str to float
+        One-sided noise density by unit of the channel, in unit/sqrt(Hz): {"m/s2": 3e-4}.
+    noise_corner_hz : float
+        Below it the density's square rises as 1/f.
+    full_scale : mapping of str to float
+        Measuring range by unit of the channel, from 0 to its end; the record's peak for units left out.
+    bits : int, optional
+        Of the converter; 2^bits steps from -full_scale to +full_scale.
+    pulses_per_revolution : int
+        Of the tacho; 0 for none.
+    tacho_ratio : float
+        Speed of the tacho's shaft over the reference shaft's.
+    pulse_width, pulse_jitter : float
+        Length of a pulse, and standard deviation of an edge, as a share of the pulses' spacing.
+    """
+
+    mounting_hz: float | None = None
+    mounting_damping_ratio: float = 0.05
+    high_pass_hz: float = 0.0
+    pole_hz: float | None = None
+    anti_alias_hz: float | None = None
+    anti_alias_order: int = 8
+    noise: Mapping[str, float] = field(default_factory=dict)
+    noise_corner_hz: float = 0.0
+    full_scale: Mapping[str, float] = field(default_factory=dict)
+    bits: int | None = None
+    pulses_per_revolution: int = 0
+    tacho_ratio: float = 1.0
+    pulse_width: float = 0.3
+    pulse_jitter: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("mounting_hz", "pole_hz", "anti_alias_hz", "bits", "anti_alias_order", "tacho_ratio"):
+            _check(name, getattr(self, name), lowest_excluded=0.0)
+        for name in ("mounting_damping_ratio", "high_pass_hz", "noise_corner_hz", "pulses_per_revolution"):
+            _check(name, getattr(self, name), lowest=0.0)
+        _check("pulse_width", self.pulse_width, lowest=0.01, highest=0.9)
+        _check("pulse_jitter", self.pulse_jitter, lowest=0.0, highest=0.1)
+        for name in ("noise", "full_scale"):
+            for unit, value in getattr(self, name).items():
+                _check(f"{name}[{unit!r}]", value, lowest=0.0)
+
+    @property
+    def is_random(self) -> bool:
+        """Whether the chain draws random numbers, so that a measurement needs a seed."""
+        return any(self.noise.values()) or (self.pulse_jitter > 0 and self.pulses_per_revolution > 0)
+
+    def ranges(self, record: SensorRecord) -> np.ndarray:
+        """Return the measuring range of each channel of a record, shape (channels,)."""
+        units = [channel.unit for channel in record.channels]
+        return np.array(
+            [self.full_scale.get(unit, own) for unit, own in zip(units, record.full_scale, strict=True)], float
+        )
+
+    def healthy(self, link: str, record: SensorRecord, generator: np.random.Generator) -> SensorRecord:
+        """Return the record behind the healthy part at one link."""
+        if link == "mounting" and self.mounting_hz is not None:
+            rows = [i for i, channel in enumerate(record.channels) if channel.quantity == "acceleration"]
+            signals = record.signals.copy()
+            period, ratio = 1 / self.mounting_hz, self.mounting_damping_ratio
+            signals[rows] = filtered(
+                signals[rows], record.rate_hz, lambda f: resonance(f, period_s=period, damping_ratio=ratio)
+            )
+            return record.with_signals(signals)
+        if link == "transducer":
+            signals = filtered(record.signals, record.rate_hz, self._band) if self._limits_band else record.signals
+            return record.with_signals(signals + self._noise(record, generator))
+        if link == "filter" and self.anti_alias_hz is not None:
+            return record.with_signals(filtered(record.signals, record.rate_hz, self._anti_alias))
+        if link == "converter":
+            return record.with_signals(self._converted(record))
+        return record
+
+    @property
+    def _limits_band(self) -> bool:
+        return self.high_pass_hz > 0 or self.pole_hz is not None
+
+    def _band(self, frequency_hz: np.ndarray) -> np.ndarray:
+        transfer = np.ones(frequency_hz.shape, complex)
+        if self.high_pass_hz > 0:
+            transfer *= 1j * frequency_hz / (self.high_pass_hz + 1j * frequency_hz)
+        if self.pole_hz is not None:
+            transfer /= 1 + 1j * frequency_hz / self.pole_hz
+        return transfer
+
+    def _anti_alias(self, frequency_hz: np.ndarray) -> np.ndarray:
+        from scipy.signal import butter, freqs_zpk
+
+        zeros, poles, gain = butter(self.anti_alias_order, self.anti_alias_hz, analog=True, output="zpk")
+        return freqs_zpk(zeros, poles, gain, worN=frequency_hz)[1]
+
+    def _noise(self, record: SensorRecord, generator: np.random.Generator) -> np.ndarray:
+        """Return noise of one-sided density d sqrt(1 + corner / f), shape (channels, samples)."""
+        density = np.array([self.noise.get(channel.unit, 0.0) for channel in record.channels])
+        if not density.any():
+            return np.zeros((len(density), 1))
+        count = record.signals.shape[1]
+        spectrum = np.fft.rfft(generator.normal(size=(density.size, count)), axis=1)
+        frequency = np.fft.rfftfreq(count, 1 / record.rate_hz)
+        frequency[0] = frequency[1] if count > 1 else 1.0
+        spectrum *= np.sqrt(1 + self.noise_corner_hz / frequency)
+        return density[:, None] * math.sqrt(record.rate_hz / 2) * np.fft.irfft(spectrum, count, axis=1)
+
+    def _converted(self, record: SensorRecord) -> np.ndarray:
+        end = record.full_scale[:, None]
+        if self.bits is None:
+            # Without a stated range the range is the record's own peak: noise on top of it is not cut.
+            stated = np.array([channel.unit in self.full_scale for channel in record.channels])[:, None]
+            return np.where(stated, np.clip(record.signals, -end, end), record.signals)
+        step = 2 * end / 2**self.bits
+        return rounded(np.clip(record.signals, -end, end - step), step)
+
+    def tacho(self, record: SensorRecord, generator: np.random.Generator) -> np.ndarray:
+        """Return the tacho's logic level, 0 or 1, at each sample of a record, shape (samples,)."""
+        turns = record.phase_rad * self.tacho_ratio * self.pulses_per_revolution / (2 * math.pi)
+        pulse = np.floor(turns).astype(int)
+        first = int(pulse.min()) - 1
+        late = self.pulse_jitter * generator.normal(size=int(pulse.max()) - first + 2)
+        late = np.clip(late, -0.05, 0.05)
+        level = np.zeros(turns.shape)
+        # An early edge of the next pulse falls into this one's interval.
+        for neighbour in (0, 1):
+            since = turns - (pulse + neighbour) - late[pulse + neighbour - first]
+            level[(since >= 0) & (since < self.pulse_width)] = 1.0
+        return level
+
+    def measure(
+        self,
+        machine: Machine,
+        *,
+        speed_rpm: float | SpeedProfile,
+        duration_s: float,
+        rate_hz: float,
+        seed: int | None = None,
+        **options: Any,
+    ) -> Measurement:
+        """Return what this chain records of a machine with its effects.
+
+        Parameters
+        ----------
+        machine : Machine
+        speed_rpm, duration_s, rate_hz
+            As in `simulate_batch`, as are further ``options``.
+        seed : int, optional
+            Required when the chain or an effect is random.
+        """
+        from .solvers.simulate import simulate_raw
+
+        effects = sensor_effects(machine)
+        check_seed(effects, seed)
+        if self.is_random and seed is None:
+            raise InvalidValueError("seed = None, but the chain has noise or jitter; allowed: 0 or more. Give a seed.")
+        case = (machine, speed_rpm)
+        raw = simulate_raw([case], duration_s=duration_s, rate_hz=rate_hz, **options)[0]
+        samples = math.floor(duration_s * rate_hz + 1e-9)
+        record = record_of(raw, machine, output_rate_hz=rate_hz)
+        record = run_chain(record, effects, samples=samples, seed=seed, chain=self)
+        tacho = self.tacho(record, _stream(seed or 0, 0, "tacho", 0)) if self.pulses_per_revolution else None
+        return Measurement(
+            record.signals, rate_hz, record.channels, record.phase_rad, record.speed_rad_s, tacho, raw.notes
+        )
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A measured record.
+
+    Attributes
+    ----------
+    signals : ndarray (channels, samples)
+    rate_hz : float
+    channels : tuple of Probe
+    phase_rad, speed_rad_s : ndarray (samples,)
+        The truth: angle and speed of the reference shaft.
+    tacho : ndarray (samples,), optional
+        Logic level, 0 or 1.
+    notes : tuple of str
+    """
+
+    signals: np.ndarray
+    rate_hz: float
+    channels: tuple[Probe, ...]
+    phase_rad: np.ndarray
+    speed_rad_s: np.ndarray
+    tacho: np.ndarray | None
+    notes: tuple[str, ...]
+
+
+def _check(
+    name: str,
+    value: float | None,
+    *,
+    lowest: float = -math.inf,
+    highest: float = math.inf,
+    lowest_excluded: float = -math.inf,
+) -> None:
+    if value is None:
+        return
+    if not (math.isfinite(value) and lowest <= value <= highest and value > lowest_excluded):
+        low = f"more than {lowest_excluded:g}" if math.isfinite(lowest_excluded) else f"at least {lowest:g}"
+        high = f", at most {highest:g}" if math.isfinite(highest) else ""
+        raise InvalidValueError(f"{name} = {value!r}; allowed: {low}{high}. Correct it.")

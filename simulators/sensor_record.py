@@ -1,0 +1,133 @@
+"""What a measuring chain hands on from link to link: signals with their clock, shaft angle and channels.
+
+The links stand in a fixed order, so that the order in which effects are given does not matter: the *surface* that a
+proximity probe looks at, the *mounting* of the sensor, the *transducer*, the *cable*, the anti-alias *filter*, the
+*clock* that takes the samples, the *converter* and the *recorder*. Up to the filter the record may be sampled at a
+multiple of the output rate, so that an imperfect filter has something to let through.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .assembly import Probe
+from .errors import InvalidValueError
+
+LINKS = ("surface", "mounting", "transducer", "cable", "filter", "clock", "converter", "recorder")
+
+
+@dataclass(frozen=True)
+class SensorRecord:
+    """Signals of several channels with one clock.
+
+    Attributes
+    ----------
+    signals : ndarray (channels, samples)
+    rate_hz : float
+        Of ``signals``; a multiple of ``output_rate_hz`` before the filter.
+    output_rate_hz : float
+        Of the finished record.
+    phase_rad, speed_rad_s : ndarray (samples,)
+        Of the reference shaft at the instant of each sample.
+    channels : tuple of Probe
+    shaft_ratios : tuple of float
+        Speed of the part that a channel looks at over the speed of the reference shaft.
+    full_scale : ndarray (channels,)
+        Measuring range of each channel, from 0 to its end, in its unit.
+    leak : ndarray (channels,)
+        Share of what lies above half the output rate that the anti-alias filter lets through; 0 for a good filter.
+    """
+
+    signals: np.ndarray
+    rate_hz: float
+    output_rate_hz: float
+    phase_rad: np.ndarray
+    speed_rad_s: np.ndarray
+    channels: tuple[Probe, ...]
+    shaft_ratios: tuple[float, ...]
+    full_scale: np.ndarray
+    leak: np.ndarray
+
+    @property
+    def time_s(self) -> np.ndarray:
+        """Time of each sample by the recorder's clock, shape (samples,)."""
+        return np.arange(self.signals.shape[1]) / self.rate_hz
+
+    def with_signals(self, signals: np.ndarray) -> SensorRecord:
+        """Return the record with other signals of the same shape."""
+        return replace(self, signals=signals)
+
+
+def filtered(signals: np.ndarray, rate_hz: float, transfer: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Return signals behind a linear filter of known transfer function, without the error of a digital imitation.
+
+    Parameters
+    ----------
+    signals : ndarray (channels, samples)
+    rate_hz : float
+    transfer : callable
+        ``transfer(frequency_hz) -> complex ndarray`` of the same shape, for frequencies from 0 to half the rate.
+
+    Notes
+    -----
+    The signal is continued at both ends by its point reflection, so that steady signals have no transient.
+    """
+    count = signals.shape[1]
+    # The last sample's reflection needs neighbours; a single sample is its own steady signal.
+    pad = max(count - 1, 0)
+    long = np.pad(signals, ((0, 0), (pad, pad)), mode="reflect", reflect_type="odd") if pad else signals
+    frequency = np.fft.rfftfreq(long.shape[1], 1 / rate_hz)
+    spectrum = np.fft.rfft(long, axis=1) * transfer(frequency)
+    return np.fft.irfft(spectrum, long.shape[1], axis=1)[:, pad : pad + count]
+
+
+def resonance(frequency_hz: np.ndarray, *, period_s: float, damping_ratio: float) -> np.ndarray:
+    """Return H = 1 / (1 - (f T)^2 + 2 i zeta f T), a mass on a spring with natural frequency 1 / T."""
+    share = frequency_hz * period_s
+    return 1 / (1 - share**2 + 2j * damping_ratio * share)
+
+
+def anti_alias(frequency_hz: np.ndarray, *, rate_hz: float) -> np.ndarray:
+    """Return a low-pass that is 1 up to 0.4 of the output rate and 0 from 0.6 on, with a cosine between.
+
+    What it leaves between 0.5 and 0.6 folds back above 0.4 only: the same promise as the simulation's own decimation.
+    """
+    across = np.clip((frequency_hz / rate_hz - 0.4) / 0.2, 0.0, 1.0)
+    return 0.5 * (1 + np.cos(np.pi * across))
+
+
+def sampled(record: SensorRecord) -> SensorRecord:
+    """Return the record at its output rate, behind the anti-alias filter and what that filter lets through.
+
+    Raises
+    ------
+    InvalidValueError
+        When the record's rate is no multiple of the output rate.
+    """
+    factor = round(record.rate_hz / record.output_rate_hz)
+    if not np.isclose(factor * record.output_rate_hz, record.rate_hz) or factor < 1:
+        raise InvalidValueError(
+            f"A record at {record.rate_hz:g} Hz cannot become one at {record.output_rate_hz:g} Hz; allowed: a whole "
+            "multiple of the output rate."
+        )
+    if factor == 1:
+        return record
+    low = filtered(record.signals, record.rate_hz, lambda f: anti_alias(f, rate_hz=record.output_rate_hz))
+    mixed = low + record.leak[:, None] * (record.signals - low)
+    return replace(
+        record,
+        signals=np.ascontiguousarray(mixed[:, ::factor]),
+        rate_hz=record.output_rate_hz,
+        phase_rad=record.phase_rad[::factor],
+        speed_rad_s=record.speed_rad_s[::factor],
+    )
+
+
+def rounded(signals: np.ndarray, step: np.ndarray | float) -> np.ndarray:
+    """Return signals rounded to whole steps; a step of 0 rounds nothing."""
+    step = np.broadcast_to(np.asarray(step, float), signals.shape)
+    safe = np.where(step > 0, step, 1.0)
+    return np.where(step > 0, np.round(signals / safe) * safe, signals)
