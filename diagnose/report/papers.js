@@ -7,7 +7,7 @@ function legendRows(canvas, names) {
   const width = Math.max(canvas.clientWidth - MARGIN.left - MARGIN.right, 200);
   let rows = 1, used = 0;
   for (const name of names) {
-    const own = 50 + LABEL_WIDTH * name.length;
+    const own = 45 + LABEL_WIDTH * name.length;
     if (used && used + own > width) { rows += 1; used = 0; }
     used += own;
   }
@@ -18,8 +18,7 @@ function withLegend(plan, canvas, names) {
   if (names.length < 2) return plan;
   plan.showlegend = true;
   plan.legend = { orientation: "h", x: 0, y: 1, yanchor: "bottom", xanchor: "left", font: { size: 12 }, traceorder: "normal" };
-  const narrow = canvas.clientWidth < 520;
-  plan.margin.t += 22 * (narrow ? legendRows(canvas, names) : legendRows(canvas, names)) + 6;
+  plan.margin.t += 20 * legendRows(canvas, names) + 6;
   plan.height += plan.margin.t - 12;
   return plan;
 }
@@ -28,7 +27,7 @@ function namedLines(marks, range, width) {
   const shapes = [], annotations = [];
   let freeFrom = -Infinity;
   for (const [label, x] of marks.slice().sort((a, b) => a[1] - b[1])) {
-    shapes.push({ type: "line", x0: x, x1: x, yref: "paper", y0: 0, y1: 1, layer: "below", line: { color: colour("mute"), width: 1, dash: "dot" } });
+    shapes.push({ type: "line", x0: x, x1: x, yref: "paper", y0: 0, y1: 1, line: { color: colour("mute"), width: 1, dash: "dot" } });
     const pixel = range ? ((x - range[0]) / (range[1] - range[0])) * width : NaN;
     const half = (LABEL_WIDTH * label.length) / 2;
     if (pixel - half < freeFrom) continue;
@@ -45,10 +44,12 @@ function shownRange(state, traces) {
   return [Math.min(...ends.map((end) => end[0])), Math.max(...ends.map((end) => end[1]))];
 }
 
+// Room above the highest value for the names of the lines.
 function logRange(plan, traces) {
   const top = Math.max(...traces.map((trace) => highest(trace.y, 0)));
   const low = plan.low || Math.min(...traces.map((trace) => lowestPositive(trace.y, Infinity))) / 2;
-  return [Math.log10(low), Math.log10(2 * top)];
+  const decades = Math.log10(top / low);
+  return [Math.log10(low), Math.log10(top) + (plan.marks.length ? 0.14 : 0.04) * decades];
 }
 
 function drawCurves(state) {
@@ -64,7 +65,7 @@ function drawCurves(state) {
   const range = bars ? null : shownRange(state, traces);
   const pad = !bars && traces[0].mode === "lines+markers" ? 0.03 * (range[1] - range[0]) : 0;
   const marks = namedLines(plan.marks, range, state.canvas.clientWidth - MARGIN.left - MARGIN.right);
-  const yAxis = plan.log ? { type: "log", range: logRange(plan, traces), exponentformat: "power", dtick: 1, minexponent: 3 } : { rangemode: "tozero" };
+  const yAxis = plan.log ? { type: "log", range: logRange(plan, traces), exponentformat: "power", dtick: 1, minexponent: 3 } : { range: [0, (plan.marks.length ? 1.15 : 1.05) * Math.max(...traces.map((trace) => highest(trace.y, 0)))] };
   const made = layout(state.canvas, Object.assign({
     xaxis: axis(plotText(plan.x), bars ? { type: "category" } : { range: [range[0] - pad, range[1] + pad] }),
     yaxis: axis(plotText(plan.y), Object.assign({ fixedrange: true }, yAxis)), barmode: "group",
@@ -83,7 +84,7 @@ function zonePanel(panel, index, look) {
   const axes = { x: panel.x, y: panel.y, z: panel.z, xaxis: "x" + (index || ""), yaxis: "y" + (index || "") };
   const limits = panel.limits, step = limits[1] - limits[0];
   const line = (start, end, size, width) => Object.assign({
-    type: "contour", showscale: false, hoverinfo: "skip", colorscale: [[0, "#10181f"], [1, "#10181f"]],
+    type: "contour", showscale: false, showlegend: false, hoverinfo: "skip", colorscale: [[0, "#10181f"], [1, "#10181f"]],
     contours: { coloring: "none", start: start, end: end, size: size, showlabels: width < 2, labelfont: { size: 10, color: "#10181f" } },
     line: { color: "#10181f", width: width },
   }, axes);
@@ -94,27 +95,21 @@ function zonePanel(panel, index, look) {
 function drawZones(state) {
   const plan = state.plan, panels = plan.variants[0];
   const columns = state.canvas.clientWidth < 620 ? 2 : panels.length, rows = Math.ceil(panels.length / columns);
-  const side = (state.canvas.clientWidth - 62) / columns, gap = 0.06;
+  const side = (state.canvas.clientWidth - 62) / columns, gap = 0.06, space = 0.16;
   const made = layout(state.canvas, {});
-  made.margin = { l: 48, r: 14, t: 22, b: 62 };
-  made.height = Math.round(rows * Math.min(side, 300) + 84);
+  made.margin = { l: 48, r: 14, t: 22, b: 48 };
+  made.height = Math.round(rows * Math.min(1.15 * side, 320) + 70);
   const traces = [];
   made.annotations = [];
   panels.forEach((panel, i) => {
     const column = i % columns, row = Math.floor(i / columns), name = i ? i + 1 : "";
-    const wide = (1 - gap * (columns - 1)) / columns, high = (1 - 0.14 * (rows - 1)) / rows;
-    const left = column * (wide + gap), top = 1 - row * (high + 0.14);
-    made["xaxis" + name] = axis(row === rows - 1 ? plotText(plan.x) : "", { domain: [left, Math.min(left + wide, 1)], anchor: "y" + name, fixedrange: true, nticks: 4 });
-    made["yaxis" + name] = axis(column ? "" : plotText(plan.y), { domain: [Math.max(top - high, 0), top], anchor: "x" + name, fixedrange: true, nticks: 5, showticklabels: !column });
+    const wide = (1 - gap * (columns - 1)) / columns, high = (1 - space * (rows - 1)) / rows;
+    const left = column * (wide + gap), top = 1 - row * (high + space);
+    made["xaxis" + name] = axis(row === rows - 1 ? plotText(plan.x) : "", { domain: [left, Math.min(left + wide, 1)], anchor: "y" + name, fixedrange: true, nticks: 4, ticks: "" });
+    made["yaxis" + name] = axis(column ? "" : plotText(plan.y), { domain: [Math.max(top - high, 0), top], anchor: "x" + name, fixedrange: true, nticks: 5, showticklabels: !column, ticks: "" });
     made.annotations.push({ x: left + wide / 2, y: top, xref: "paper", yref: "paper", yanchor: "bottom", text: plotText(panel.name), showarrow: false });
     traces.push(...zonePanel(panel, i ? i + 1 : 0, ""));
   });
-  ["A", "B", "C", "D"].forEach((zone, i) => traces.push({
-    type: "scatter", mode: "markers", x: [null], y: [null], name: "zone " + zone, marker: { color: ZONE_COLOURS[i], symbol: "square", size: 12 }, showlegend: true, hoverinfo: "skip",
-  }));
-  traces.push({ type: "scatter", mode: "lines", x: [null], y: [null], name: "contact", line: { color: colour("ink"), width: 3 }, showlegend: true, hoverinfo: "skip" });
-  made.showlegend = true;
-  made.legend = { orientation: "h", x: 0, y: 0, yref: "container", yanchor: "bottom", itemclick: false, itemdoubleclick: false };
   return show(state.canvas, traces, made);
 }
 

@@ -48,9 +48,9 @@ def _cases(machine: Machine) -> Figure:
     return Figure(
         "Figs 5 to 8: the four cases at 4000 rpm",
         "Steady motion by harmonic balance, each line at the path where it is largest. It is exactly periodic: between "
-        "these lines there is nothing. In case 4 offset and angle have the same phase. Above 125 um the rotor touches.",
+        "these lines there is nothing. In case 4 offset and angle have the same phase. Above 125 µm the rotor touches.",
         "Order of shaft speed",
-        "Amplitude (um)",
+        "Amplitude (µm)",
         variants,
         log=True,
         y_low=1e-3,
@@ -65,15 +65,12 @@ def _run_up(machine: Machine) -> Figure:
     edges = np.arange(100.0, _LAST_RPM, _BIN_RPM)
     # A turn at 100 rpm takes longer than one step of this grid; the largest of the turn so far is kept.
     peaks = [np.abs(run.signals[:, (speed >= low - 50) & (speed < low + _BIN_RPM)]).max(axis=1) for low in edges]
-    traces = [
-        curve(f"path {i + 1}: {run.probes[i].name}", edges + _BIN_RPM / 2, 1e6 * np.array(peaks)[:, i])
-        for i in range(len(run.probes))
-    ]
+    traces = [curve(f"path {i + 1}", edges + _BIN_RPM / 2, 1e6 * np.array(peaks)[:, i]) for i in range(len(run.probes))]
     return Figure(
         "Fig 9: run-up of case 1",
         f"{_FIRST_RPM:g} to {_LAST_RPM:g} rpm in {_RAMP_S:g} s; largest displacement over the last 50 rpm.",
         "Shaft speed (rpm)",
-        "Displacement (um)",
+        "Displacement (µm)",
         {"": traces},
         marks=[("2580 rpm", CRITICAL_RPM), ("4000 rpm", RATED_RPM)],
     )
@@ -97,8 +94,8 @@ def _map(machine: Machine, speed_rpm: float) -> Figure:
     limits = ", ".join(f"{share * clearance_um:g}" for share in ZONE_LIMITS)
     return Figure(
         f"Figs 10 to 12: how much misalignment the rotor bears at {speed_rpm:g} rpm",
-        f"Largest displacement in a turn. Zones A to D of ISO 14839-2 with limits at {limits} um; beyond the thick "
-        f"line, {clearance_um:g} um, the rotor touches its retainer bearing and the model no longer holds. Offset and "
+        f"Largest displacement in a turn. Zones A to D of ISO 14839-2 with limits at {limits} µm; beyond the thick "
+        f"line, {clearance_um:g} µm, the rotor touches its retainer bearing and the model no longer holds. Offset and "
         "angle have the same phase.",
         "Offset (mm)",
         "Angle (degrees)",

@@ -36,7 +36,7 @@ def figures() -> list[Figure]:
             f"Last {_SHOWN_S:g} s of a record of {_RECORD_S:g} s that starts in static equilibrium. The corrected "
             "model holds the exact potential of the bolts.",
             "Order of shaft speed",
-            "Amplitude (um)",
+            "Amplitude (µm)",
             variants,
             log=True,
             y_low=1e-3,

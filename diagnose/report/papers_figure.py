@@ -12,6 +12,11 @@ from .encode import encode_curve, numbers
 from .text import escape
 
 MOST_POINTS = 4000
+_ZONE_KEY = (
+    '<p class="zone-key">'
+    + "".join(f'<span class="zone zone-{zone}">zone {zone}</span> ' for zone in "ABCD")
+    + '<span class="contact">contact</span></p>'
+)
 
 
 @dataclass(frozen=True)
@@ -71,7 +76,7 @@ class Figure:
         return (
             f'<figure class="plot" data-figure="{uid}"><div class="head"><h3>{escape(self.title)}</h3></div>{chooser}'
             f'<div class="canvas" role="img" aria-label="{escape(self.title)}"></div>'
-            f"<figcaption>{escape(self.note)}</figcaption></figure>"
+            f"{_ZONE_KEY if self.kind == 'zones' else ''}<figcaption>{escape(self.note)}</figcaption></figure>"
         )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import re
 from collections import Counter
 from collections.abc import Sequence
 from datetime import datetime
@@ -88,11 +89,15 @@ def _paper(paper: str, claims: Sequence[Claim], figures: str) -> str:
 
 def _card(claim: Claim) -> str:
     said, *found = rows(claim)
-    facts = "".join(f"<dt>{escape(label)}</dt><dd>{escape(text)}</dd>" for label, text in found)
+    facts = "".join(f"<dt>{escape(label)}</dt><dd>{_words(text)}</dd>" for label, text in found)
     return (
         f'<article class="card {_css(claim.verdict)}"><h3>{escape(claim.place)} {_pill(claim.verdict)}</h3>'
-        f'<p>{escape(said[1])}</p><dl class="facts">{facts}</dl></article>'
+        f'<p>{_words(said[1])}</p><dl class="facts">{facts}</dl></article>'
     )
+
+
+def _words(text: str) -> str:
+    return re.sub(r"\bum\b", "µm", escape(text)).replace("+-", "±").replace("-&gt;", "→").replace("m/s2", "m/s²")
 
 
 def _pill(verdict: str) -> str:
