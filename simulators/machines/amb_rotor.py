@@ -37,6 +37,7 @@ import numpy as np
 from ..assembly import Assembly, Place, Probe, StateBlock
 from ..machine import MachineDefinition, Preset
 from ..parameter import LogNormal, Parameter, Prior
+from ..rotor_dynamics.bending_shaft import BendingShaft
 from ..rotor_dynamics.flexible_coupling import LATERAL, FlexibleCoupling
 from ..rotor_dynamics.harmonic_force import harmonic_force, rotating_mass
 from ..rotor_dynamics.magnetic_bearing import MagneticBearing
@@ -146,6 +147,10 @@ def build(assembly: Assembly, values: Mapping[str, float], switches: frozenset[s
     matrices = _rotor(*geometry, material, values["damping_ratio"])
     for kind, matrix in zip(("mass", "damping", "gyroscopic", "stiffness"), matrices, strict=True):
         assembly.add_matrix(kind, names, matrix)
+    elements = [ShaftElement(values["shaft_length_m"] / ELEMENTS, values["shaft_diameter_m"])] * ELEMENTS
+    assembly.add_component(
+        BendingShaft("shaft", prefix="node", elements=elements, material=material, bearing_nodes=BEARING_NODES)
+    )
     disc = Place("disc", frozenset({"rotor", "disc"}), _directions(DISC_NODE))
     assembly.add_place(disc)
     assembly.add_place(Place("coupling_hub", frozenset({"rotor", "coupling"}), _directions(0)))
@@ -162,6 +167,8 @@ def _add_bearing(
     control = bearing.controller()
     place = Place(f"bearing_{number}", frozenset({"rotor", "bearing"}), _directions(node))
     assembly.add_place(place)
+    retainer = {direction: place.directions[direction] for direction in ("x", "y")}
+    assembly.add_place(Place(f"retainer_{number}", frozenset({"seal"}), retainer))
     sign = 1.0 if MAGNETS_CENTRE in switches else -1.0
     for direction in ("x", "y"):
         along = place.directions[direction]

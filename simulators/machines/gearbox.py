@@ -51,6 +51,7 @@ from ..rotor_dynamics.harmonic_force import harmonic_force
 from ..rotor_dynamics.rigid_offset_coupling import RigidOffsetCoupling
 from ..rotor_dynamics.rolling_bearing import BearingGeometry, find_bearing
 from ..rotor_dynamics.shaft_elements import Material
+from ..rotor_dynamics.shaft_flaws import SprungShaft
 from ..rotor_dynamics.spur_gear import SpurGear
 from ..rotor_dynamics.support import Support
 from ._gearbox_parameters import PARAMETERS
@@ -131,6 +132,27 @@ def _add_shafts(assembly: Assembly, values: Mapping[str, float]) -> None:
         for axis in "xy":
             _add_support_spring(assembly, values, {f"{gear}.{axis}": 1.0, f"inner_{number}.{axis}": -1.0})
         _add_support_spring(assembly, values, {f"outer_{number}.y": 1.0, f"sensor_{number}.y": -1.0})
+    for shaft, gear, bearings, ratio, bore in (
+        ("input shaft", "pinion", (1, 2), 1.0, _PINION_BORE_RADIUS_M),
+        ("output shaft", "wheel", (3, 4), RATIO, _WHEEL_BORE_RADIUS_M),
+    ):
+        middle, first, second = (_in_plane(part) for part in (gear, *(f"inner_{number}" for number in bearings)))
+        assembly.add_component(
+            SprungShaft(
+                shaft,
+                middle=middle,
+                first=first,
+                second=second,
+                spring_n_m=values["support_stiffness_n_m"],
+                diameter_m=2 * bore,
+                shaft_ratio=ratio,
+                material=_STEEL,
+            )
+        )
+
+
+def _in_plane(part: str) -> tuple[dict[str, float], dict[str, float]]:
+    return {f"{part}.x": 1.0}, {f"{part}.y": 1.0}
 
 
 def _add_support_spring(assembly: Assembly, values: Mapping[str, float], along: dict[str, float]) -> None:
@@ -167,6 +189,8 @@ def _add_bearing(
             y=difference({f"{inner}.y": 1.0}, {f"{outer}.y": 1.0}),
             shaft_ratio=1.0 if shaft == "input" else RATIO,
             first_ball_rad=values[f"bearing_{number}_angle_rad"],
+            # The mesh pushes the pinion up and the wheel down.
+            load_angle_rad=math.pi / 2 if shaft == "input" else -math.pi / 2,
         )
     )
 
@@ -215,6 +239,9 @@ def _add_places(assembly: Assembly) -> None:
     assembly.add_place(Place("coupling", frozenset({"coupling", "rotor"}), input_end, 1.0))
     assembly.add_place(Place("motor", frozenset({"motor"}), {"torsion": {"input_rotor.torsion": 1.0}}, 1.0))
     assembly.add_place(Place("load", frozenset({"load"}), {"torsion": {"output_rotor.torsion": 1.0}}, RATIO))
+    for gear, number, ratio in (("pinion", 1, 1.0), ("wheel", 3, RATIO)):
+        x, y = (difference(*pair) for pair in zip(_in_plane(gear), _in_plane(f"outer_{number}"), strict=True))
+        assembly.add_place(Place(f"{gear} seal", frozenset({"seal"}), {"x": x, "y": y}, ratio))
     for number, _, _ in _BEARINGS:
         roles = frozenset({"bearing", "housing"})
         assembly.add_place(Place(f"bearing {number}", roles, lateral(f"outer_{number}"), 0.0))

@@ -36,6 +36,7 @@ from ..law import Direction
 from ..machine import MachineDefinition, Preset
 from ..rotor_dynamics.ball_bearing_contact import BallBearingContact
 from ..rotor_dynamics.base_plate import BasePlate
+from ..rotor_dynamics.bending_shaft import BendingShaft
 from ..rotor_dynamics.flexible_coupling import FlexibleCoupling
 from ..rotor_dynamics.flexible_shaft import add_bending, add_torsion, bending_at, total_mass_kg
 from ..rotor_dynamics.harmonic_force import rotating_mass
@@ -116,6 +117,7 @@ def build(assembly: Assembly, values: Mapping[str, float], switches: frozenset[s
     for name, roles, node, twist in _SHAFT_PLACES:
         directions = {**bending_at("shaft", node), "torsion": {f"{twist}.torsion": 1.0}, **_AXIAL}
         assembly.add_place(Place(name, frozenset(roles), directions))
+    _add_seal(assembly, base, values)
     motor_end = _motor(values).add(assembly, lambda distance: _on_base(base, values, -distance))
     assembly.add_component(_coupling(values, assembly.places["coupling_hub"].directions, motor_end))
     for name in "ab":
@@ -126,6 +128,14 @@ def build(assembly: Assembly, values: Mapping[str, float], switches: frozenset[s
     assembly.add_component(Weight("weight", values["gravity_m_s2"]))
     twist = assembly.places["motor"].directions["torsion"]
     assembly.probes.append(Probe("motor_speed", "velocity", "rad/s", "motor", "torsion", twist))
+
+
+def _add_seal(assembly: Assembly, base: BasePlate, values: Mapping[str, float]) -> None:
+    """Add the ring round the shaft beside the disc, fixed to the plate, that the shaft may touch."""
+    position = values["coupling_overhang_m"] + values["disc_position"] * values["bearing_span_m"]
+    ring, disc = _on_base(base, values, position), assembly.places["disc"].directions
+    between = {direction: difference(disc[direction], ring[direction]) for direction in ("x", "y")}
+    assembly.add_place(Place("disc_ring", frozenset({"seal"}), between))
 
 
 def _add_shaft(assembly: Assembly, values: Mapping[str, float]) -> None:
@@ -145,6 +155,10 @@ def _add_shaft(assembly: Assembly, values: Mapping[str, float]) -> None:
         damping_ratio=ratio,
     )
     assembly.add_coordinate("shaft.axial", mass=total_mass_kg(elements, discs, STEEL))
+    bearings = (BEARING_A, BEARING_B)
+    assembly.add_component(
+        BendingShaft("shaft", prefix="shaft", elements=elements, material=STEEL, bearing_nodes=bearings)
+    )
 
 
 def _motor(values: Mapping[str, float]) -> MotorRotor:
@@ -209,6 +223,8 @@ def _add_bearing(
     assembly.add_place(Place(f"bearing_{name}", frozenset({"rotor", "bearing"}), journal))
     assembly.add_place(Place(f"housing_{name}", frozenset({"housing"}), seat, 0.0))
     between = {direction: difference(journal[direction], seat[direction]) for direction in ("x", "y", "axial")}
+    film = {direction: between[direction] for direction in ("x", "y")}
+    assembly.add_place(Place(f"journal_{name}", frozenset({"journal"}), film))
     axial = locating * values["bearing_axial_stiffness_n_m"]
     _add_rings(assembly, values, switches, f"bearing_{name}", between, axial)
     for direction, row in cap.items():

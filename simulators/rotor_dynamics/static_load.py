@@ -1,0 +1,63 @@
+"""Motion of a machine at rest under its constant forces: weight, torque, preload."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..assembly import Assembly
+from ..law import Direction, Timeline
+from ..system import System, build_system
+
+_ANGLES = 64
+
+
+def static_motion(assembly: Assembly, unfinished: Iterable[Any], rows: Sequence[Direction]) -> np.ndarray:
+    """Return what ``rows`` read, shape (rows,), when the mean forces act on the linear core.
+
+    Forces that depend on the motion in a nonlinear way are left out: their linear part is in the core, and what a
+    statically determinate shaft carries does not depend on the rest. A motion that nothing holds is left out too.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Left unchanged.
+    unfinished : iterable of Component
+        Those whose `finish` has not been called.
+    rows : sequence of Direction
+    """
+    trial = replace(
+        assembly,
+        **{name: dict(getattr(assembly, name)) for name in ("mass", "damping", "stiffness", "gyroscopic")},
+        **{name: list(getattr(assembly, name)) for name in ("coordinates", "state_blocks", "forces", "notes")},
+        probes=[],
+    )
+    for component in unfinished:
+        component.finish(trial)
+    system = build_system(trial)
+    states = _static_response(system.core, system.force_columns @ _mean_forces(system))
+    return np.array([system.row(row) @ states for row in rows])
+
+
+def _mean_forces(system: System) -> np.ndarray:
+    """Return the mean over one revolution of the forces that do not depend on the motion, shape (forces,)."""
+    phase = 2 * np.pi * np.arange(_ANGLES)[:, None] / _ANGLES
+    speed = np.full(phase.shape, system.speed_rad_s)
+    timeline = Timeline(np.zeros(phase.shape), phase, speed, np.zeros(phase.shape))
+    mean = np.zeros(system.force_columns.shape[1])
+    for force, acts in zip(system.forces, system.outputs, strict=True):
+        if force.law.is_linear:
+            signals = force.law.signals(timeline, np.array(force.parameters)[:, None])
+            np.add.at(mean, acts, signals[: acts.size, :, 0].mean(axis=1))
+    return mean
+
+
+def _static_response(core: np.ndarray, push: np.ndarray) -> np.ndarray:
+    from scipy.linalg import matrix_balance
+
+    # Balanced first: states in m, m/s and V differ so much in size that the cut for "nothing holds" would hit others.
+    balanced, (scale, _) = matrix_balance(core, permute=False, separate=True)
+    return np.linalg.lstsq(-balanced, push / scale, rcond=1e-14)[0] * scale
