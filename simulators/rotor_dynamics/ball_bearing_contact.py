@@ -20,13 +20,14 @@ defined, it must be epsilon_i of Eq (4). T. A. Harris, "Rolling Bearing Analysis
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..assembly import Assembly
 from ..errors import InvalidValueError
 from ..law import Direction, InterfaceForce, Law, Timeline, compiled_force
+from .bearing_damage import BearingDamage
 from .rolling_bearing import BearingGeometry
 
 #: Rows of the parameters ahead of the balls' own angles.
@@ -94,6 +95,10 @@ class BallBearingContact:
         Angle of the first ball from x at shaft angle 0.
     core_load_n : float
         The spring of the linear core is as stiff as one ball under this load. The answer does not depend on it.
+    load_angle_rad : float
+        Direction of the steady load from x: where a pit of the outer race is felt. The force does not depend on it.
+    damage : BearingDamage
+        Empty for a sound bearing.
     """
 
     name: str
@@ -105,7 +110,9 @@ class BallBearingContact:
     shaft_ratio: float = 1.0
     first_ball_rad: float = 0.0
     core_load_n: float = 200.0
-    roles: frozenset[str] = frozenset({"bearing"})
+    load_angle_rad: float = -math.pi / 2
+    damage: BearingDamage = field(default_factory=BearingDamage)
+    roles: frozenset[str] = frozenset({"bearing", "bearing_with_clearance"})
 
     def __post_init__(self) -> None:
         if not 0 < self.contact_stiffness < math.inf:
@@ -124,8 +131,28 @@ class BallBearingContact:
         """Stiffness that the linear core holds: 1.5 K^(2/3) load^(1/3)."""
         return 1.5 * self.contact_stiffness ** (2 / 3) * self.core_load_n ** (1 / 3)
 
+    def grow_clearance(self, growth_m: float) -> None:
+        """Add to the radial clearance; growths of several effects add."""
+        if not -1e-3 < growth_m < 1e-2:
+            raise InvalidValueError(
+                f"Bearing {self.name}: clearance grows by {growth_m:g} m; allowed: -1e-3 to 1e-2 m. Check the unit."
+            )
+        self.clearance_m += growth_m
+
     def interface_force(self) -> InterfaceForce:
         """Return the contacts less the core's spring, as an interface force."""
+        if self.damage.is_present:
+            return self.damage.interface_force(
+                self.name,
+                self.geometry,
+                (self.x, self.y),
+                contact_stiffness=self.contact_stiffness,
+                hertz=True,
+                clearance_m=self.clearance_m,
+                core_stiffness_n_m=self.core_stiffness_n_m,
+                first_ball_rad=self.first_ball_rad,
+                shaft_ratio=self.shaft_ratio,
+            )
         cage_order = self.geometry.defect_orders().cage * self.shaft_ratio
         angles = self.first_ball_rad + 2 * math.pi * np.arange(self.geometry.balls) / self.geometry.balls
         pairs = np.stack([np.cos(angles), np.sin(angles)], axis=1).ravel()

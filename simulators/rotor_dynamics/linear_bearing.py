@@ -20,6 +20,7 @@ import numpy as np
 from ..assembly import Assembly
 from ..errors import InvalidValueError
 from ..law import Direction
+from .bearing_damage import BearingDamage
 from .rolling_bearing import BearingGeometry
 
 _STRENGTHS = (
@@ -48,6 +49,11 @@ class LinearBearing:
         In x and y, and along the shaft, at least 0.
     shaft_ratio : float
         Speed of the inner ring over the reference shaft's; the outer ring stands still.
+    load_angle_rad : float
+        Direction of the steady load from x: where a pit of the outer race is felt. The force does not depend on it.
+    damage : BearingDamage
+        Empty for a sound bearing. With damage the radial springs act through balls that carry the load in turn, each a
+        unilateral spring of 4 k / Z; the ring's displacement under the load then decides what a ball can lose.
     """
 
     name: str
@@ -61,6 +67,8 @@ class LinearBearing:
     axial_stiffness_n_m: float = 0.0
     axial_damping_n_s_m: float = 0.0
     shaft_ratio: float = 1.0
+    load_angle_rad: float = -math.pi / 2
+    damage: BearingDamage = field(default_factory=BearingDamage)
     roles: frozenset[str] = frozenset({"bearing"})
 
     def __post_init__(self) -> None:
@@ -88,6 +96,22 @@ class LinearBearing:
         assembly.add_spring(self.x, stiffness=self.stiffness_x_n_m, damping=self.damping_n_s_m)
         assembly.add_spring(self.y, stiffness=self.stiffness_y_n_m, damping=self.damping_n_s_m)
         assembly.add_spring(self.axial, stiffness=self.axial_stiffness_n_m, damping=self.axial_damping_n_s_m)
+        # A machine that puts Hertz contacts beside these springs leaves them none to share among balls.
+        mean = (self.stiffness_x_n_m + self.stiffness_y_n_m) / 2
+        if self.damage.is_present and mean > 0:
+            assembly.forces.append(
+                self.damage.interface_force(
+                    self.name,
+                    self.geometry,
+                    (self.x, self.y),
+                    contact_stiffness=4 * mean / self.geometry.balls,
+                    hertz=False,
+                    clearance_m=0.0,
+                    core_stiffness_n_m=mean,
+                    first_ball_rad=0.0,
+                    shaft_ratio=self.shaft_ratio,
+                )
+            )
 
 
 def stiffness_under_load_n_m(*, contact_stiffness: float, balls: int, load_n: float) -> float:

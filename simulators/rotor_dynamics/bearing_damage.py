@@ -1,0 +1,256 @@
+"""Damage of a ball bearing: pits in the races, a spot on a ball, an uneven cage, and the slip of the cage.
+
+A pit of length s along the race lets a ball sink by the difference of the two sagittas, h0 = s^2 / (8 R), R being the
+relative radius of ball and race along the rolling direction, d/2 (1 -+ d/D). The contact of a ball that is an angle a
+away from the pit's middle is relieved by
+
+    h = h0 (1 - q^2)^2,   q = sin a / sin a0,   a0 = s / (D -+ d)          for |q| < 1,
+
+inner race above, outer race below the sign. A spot on a ball does the same when its spin brings it to the outer race
+(b = 0) and to the inner race (b = pi), with q = sin b / sin(s / d). Load zone and modulation (inner race +- 1X, ball
++- cage) need nothing more: a ball without load has nothing to lose.
+
+The cage turns by (1 - slip) of its ideal angle plus a wander, a few sines with random orders below half a cage turn,
+so that their rate has the wanted standard deviation; balls and their spin follow the cage.
+
+Two kinds of contacts: K approach^1.5 (Hertz), and for a linear bearing of stiffness k unilateral springs 4 k / Z, whose
+sum is k for an even number of balls. The springs in the linear core are taken off again.
+
+Left out: mass of the balls (no impact of the ball itself on the far edge), growth and roughness of the pit's floor,
+lubricant film, wandering of a ball's spin axis, skidding outside the load zone.
+
+Sources: R. B. Randall and J. Antoni, "Rolling element bearing diagnostics - a tutorial", Mech. Syst. Signal Process. 25
+(2011) 485-520, section 2 (kinematics, slip of 1-2 %, modulation); N. Sawalhi and R. B. Randall, "Simulating gear and
+bearing interactions in the presence of faults", Mech. Syst. Signal Process. 22 (2008) 1924-1951 (pit as an added
+clearance of the ball).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..errors import InvalidValueError
+from ..law import Direction, InterfaceForce, Law, Timeline, compiled_force
+from .hertz import raceway_radii_m
+from .rolling_bearing import BearingGeometry
+
+# Parameters of the law: these, then cosine and sine of each ball, the pits, the spots, the sines of the wander.
+_STIFFNESS, _HERTZ, _CLEARANCE, _CORE, _CAGE, _BALLS, _PITS, _SPOTS, _SINES, _ROUNDING, _FIRST = range(11)
+_PIT, _SPOT, _SINE = 4, 6, 3
+#: A linear bearing's balls lose contact within this approach, as if preloaded by a light fit. Opposite balls together
+#: still give the same spring; a sharp corner would cost the solver its order.
+ROUNDING_M = 5e-8
+#: Sines of one wander, and the range of their orders over the cage's.
+_WANDER_SINES, _WANDER_ORDERS = 4, (1 / 40, 1 / 2)
+
+
+def _damage_signals(timeline: Timeline, parameters: np.ndarray) -> np.ndarray:
+    """Return cosine and sine of the cage and of each pit, then the relief at each spot."""
+    pits, spots, sines = (int(parameters[row, 0]) for row in (_PITS, _SPOTS, _SINES))
+    at, lanes = _FIRST + 2 * int(parameters[_BALLS, 0]), parameters.shape[1]
+    pit_rows = parameters[at : at + _PIT * pits].reshape(pits, _PIT, lanes)
+    at += _PIT * pits
+    spot_rows = parameters[at : at + _SPOT * spots].reshape(spots, _SPOT, lanes)
+    at += _SPOT * spots
+    cage = parameters[_CAGE] * timeline.phase_rad
+    for order, amplitude, phase in parameters[at : at + _SINE * sines].reshape(sines, _SINE, lanes):
+        cage = cage + amplitude * np.sin(order * timeline.phase_rad + phase)
+    signals = [np.cos(cage), np.sin(cage)]
+    for order, angle, _, _ in pit_rows:
+        cos, sin = timeline.cos_sin(order)
+        signals += [cos * np.cos(angle) - sin * np.sin(angle), sin * np.cos(angle) + cos * np.sin(angle)]
+    for _, spin, angle, sharpness, outer, inner in spot_rows:
+        turned = spin * cage + angle
+        share = np.maximum(1.0 - np.sin(turned) ** 2 * sharpness, 0.0) ** 2
+        signals.append(share * np.where(np.cos(turned) > 0, outer, inner))
+    return np.stack([np.broadcast_to(signal, timeline.phase_rad.shape) for signal in signals])
+
+
+@compiled_force
+def _damaged_force(signals, parameters, x, inputs, outputs, u):  # type: ignore[no-untyped-def]
+    across, upward = inputs[0], inputs[1]
+    on_x, on_y = outputs[0], outputs[1]
+    for lane in range(u.shape[1]):
+        right, up = x[across, lane], x[upward, lane]
+        balls, pits, spots = int(parameters[_BALLS, lane]), int(parameters[_PITS, lane]), int(parameters[_SPOTS, lane])
+        pit_start = _FIRST + 2 * balls
+        spot_start = pit_start + _PIT * pits
+        is_hertz, rounding = parameters[_HERTZ, lane] > 0.0, parameters[_ROUNDING, lane]
+        sum_x, sum_y = parameters[_CORE, lane] * right, parameters[_CORE, lane] * up
+        for ball in range(balls):
+            own = _FIRST + 2 * ball
+            a, b = parameters[own, lane], parameters[own + 1, lane]
+            cos = signals[0, lane] * a - signals[1, lane] * b
+            sin = signals[1, lane] * a + signals[0, lane] * b
+            approach = right * cos + up * sin - parameters[_CLEARANCE, lane]
+            if approach <= 0.0 and is_hertz:
+                continue
+            for pit in range(pits):
+                along = cos * signals[2 + 2 * pit, lane] + sin * signals[3 + 2 * pit, lane]
+                inside = 1.0 - (1.0 - along * along) * parameters[pit_start + _PIT * pit + 2, lane]
+                if along > 0.0 and inside > 0.0:
+                    approach -= parameters[pit_start + _PIT * pit + 3, lane] * inside * inside
+            for spot in range(spots):
+                if int(parameters[spot_start + _SPOT * spot, lane]) == ball:
+                    approach -= signals[2 + 2 * pits + spot, lane]
+            if is_hertz:
+                pressed = max(approach, 0.0) * math.sqrt(max(approach, 0.0))
+            else:
+                pressed = 0.5 * (approach + math.sqrt(approach * approach + rounding * rounding))
+            sum_x -= parameters[_STIFFNESS, lane] * pressed * cos
+            sum_y -= parameters[_STIFFNESS, lane] * pressed * sin
+        u[on_x, lane] += sum_x
+        u[on_y, lane] += sum_y
+
+
+DAMAGED_BALLS = Law("contacts of a damaged ball bearing", _damage_signals, _damaged_force)
+
+
+@dataclass
+class BearingDamage:
+    """What is wrong with a bearing; effects add to it. See the module for the laws.
+
+    Attributes
+    ----------
+    slip : float
+        Share by which the cage lags behind pure rolling; the largest asked for.
+    """
+
+    slip: float = 0.0
+    _pits: list[tuple[bool, float, float]] = field(default_factory=list)
+    _spots: list[tuple[int, float, float]] = field(default_factory=list)
+    _shifts: list[tuple[int, float]] = field(default_factory=list)
+    _wanders: list[tuple[float, int]] = field(default_factory=list)
+
+    @property
+    def is_present(self) -> bool:
+        """Whether anything differs from a sound bearing without slip."""
+        return bool(self._pits or self._spots or self._shifts or self._wanders or self.slip)
+
+    def add_pit(self, *, inner: bool, size_m: float, angle_rad: float) -> None:
+        """Add a pit of ``size_m`` along a race, its middle at ``angle_rad`` from x at shaft angle 0."""
+        if size_m > 0:
+            self._pits.append((inner, size_m, angle_rad))
+
+    def add_spot(self, *, ball: int, size_m: float, angle_rad: float) -> None:
+        """Add a spot to a ball; ``angle_rad`` from the outer race at shaft angle 0, in the sense of its spin."""
+        if size_m > 0:
+            self._spots.append((ball, size_m, angle_rad))
+
+    def shift_ball(self, *, ball: int, distance_m: float) -> None:
+        """Let a ball run behind its place in the cage by ``distance_m`` along the pitch circle."""
+        if distance_m:
+            self._shifts.append((ball, distance_m))
+
+    def add_slip(self, *, slip: float, wander: float, seed: int) -> None:
+        """Let the cage slip.
+
+        Parameters
+        ----------
+        slip : float
+            Mean share, 0 to below 1. The largest of several holds.
+        wander : float
+            Standard deviation of the cage's speed over its mean; several add as independent ones.
+        seed : int
+            Of the wander.
+        """
+        if not (0 <= slip < 1 and 0 <= wander < 1):
+            raise InvalidValueError(f"Slip {slip:g} with wander {wander:g}; allowed: 0 to below 1. 0.01 is 1 %.")
+        self.slip = max(self.slip, slip)
+        if wander > 0:
+            self._wanders.append((wander, seed))
+
+    def cage_order(self, geometry: BearingGeometry, shaft_ratio: float) -> float:
+        """Return turns of the cage for each turn of the reference shaft, slip included."""
+        return geometry.defect_orders().cage * shaft_ratio * (1 - self.slip)
+
+    def interface_force(
+        self,
+        name: str,
+        geometry: BearingGeometry,
+        along: tuple[Direction, Direction],
+        *,
+        contact_stiffness: float,
+        hertz: bool,
+        clearance_m: float,
+        core_stiffness_n_m: float,
+        first_ball_rad: float,
+        shaft_ratio: float,
+    ) -> InterfaceForce:
+        """Return the contacts of the damaged bearing less the linear core's spring.
+
+        Parameters
+        ----------
+        name : str
+        geometry : BearingGeometry
+        along : pair of Direction
+            x and y of the inner ring less those of the outer ring.
+        contact_stiffness : float
+            Of one ball, N/m^1.5 with ``hertz``, else N/m.
+        hertz : bool
+        clearance_m, core_stiffness_n_m, first_ball_rad, shaft_ratio : float
+        """
+        cage = self.cage_order(geometry, shaft_ratio)
+        turns = np.arange(geometry.balls) / geometry.balls
+        angles = first_ball_rad + 2 * math.pi * turns
+        for ball, distance in self._shifts:
+            angles[ball % geometry.balls] -= 2 * distance / geometry.pitch_diameter_m
+        pairs = np.stack([np.cos(angles), np.sin(angles)], axis=1).ravel().tolist()
+        spin = geometry.defect_orders().ball_spin / geometry.defect_orders().cage
+        pits = [value for pit in sorted(self._pits) for value in _pit_row(geometry, shaft_ratio, *pit)]
+        spots = [value for spot in sorted(self._spots) for value in _spot_row(geometry, spin, *spot)]
+        sines = [value for own in sorted(self._wanders) for value in _wander_rows(cage, *own)]
+        head = [contact_stiffness, float(hertz), clearance_m, core_stiffness_n_m, cage, float(geometry.balls)]
+        counts = [len(self._pits), len(self._spots), len(sines) // _SINE]
+        parameters = (*head, *map(float, counts), 0.0 if hertz else ROUNDING_M, *pairs, *pits, *spots, *sines)
+        return InterfaceForce(name, DAMAGED_BALLS, parameters, along, along)
+
+
+def relief_m(geometry: BearingGeometry, *, size_m: float, inner: bool) -> float:
+    """Return how far a ball sinks into a pit of ``size_m`` along a race, s^2 / (8 R), in m."""
+    radius, _ = raceway_radii_m(
+        ball_diameter_m=geometry.ball_diameter_m,
+        pitch_diameter_m=geometry.pitch_diameter_m,
+        race_conformity=0.52,
+        contact_angle_rad=geometry.contact_angle_rad,
+        inner=inner,
+    )
+    return size_m**2 / (8 * radius)
+
+
+def pit_half_angle_rad(geometry: BearingGeometry, *, size_m: float, inner: bool) -> float:
+    """Return half of the angle that a pit takes on its race, seen from the bearing's centre: s / (D -+ d)."""
+    ball = geometry.ball_diameter_m * math.cos(geometry.contact_angle_rad)
+    return size_m / (geometry.pitch_diameter_m + (-ball if inner else ball))
+
+
+def _sharpness(half_angle_rad: float) -> float:
+    return 1 / math.sin(min(half_angle_rad, math.pi / 2)) ** 2
+
+
+def _pit_row(
+    geometry: BearingGeometry, shaft_ratio: float, inner: bool, size_m: float, angle_rad: float
+) -> tuple[float, ...]:
+    half = pit_half_angle_rad(geometry, size_m=size_m, inner=inner)
+    order = shaft_ratio if inner else 0.0
+    return order, angle_rad, _sharpness(half), relief_m(geometry, size_m=size_m, inner=inner)
+
+
+def _spot_row(geometry: BearingGeometry, spin: float, ball: int, size_m: float, angle_rad: float) -> tuple[float, ...]:
+    deep = [relief_m(geometry, size_m=size_m, inner=inner) for inner in (False, True)]
+    return float(ball % geometry.balls), spin, angle_rad, _sharpness(size_m / geometry.ball_diameter_m), *deep
+
+
+def _wander_rows(cage_order: float, wander: float, seed: int) -> list[float]:
+    """Return order, amplitude and phase of sines whose sum has a rate of the wanted deviation."""
+    generator = np.random.default_rng(seed)
+    low, high = (math.log(share) for share in _WANDER_ORDERS)
+    bands = low + (high - low) * (np.arange(_WANDER_SINES) + generator.uniform(size=_WANDER_SINES)) / _WANDER_SINES
+    orders = np.exp(bands)
+    # Over the cage's order, which cancels: each sine carries an equal share of the rate's variance.
+    amplitudes = wander * math.sqrt(2 / _WANDER_SINES) / orders
+    phases = generator.uniform(0, 2 * math.pi, _WANDER_SINES)
+    return np.stack([cage_order * orders, amplitudes, phases], axis=1).ravel().tolist()
