@@ -119,6 +119,8 @@ def build(assembly: Assembly, values: Mapping[str, float], switches: frozenset[s
         assembly.add_place(Place(name, frozenset(roles), directions))
     _add_seal(assembly, base, values)
     motor_end = _motor(values).add(assembly, lambda distance: _on_base(base, values, -distance))
+    middle = -(values["motor_hub_overhang_m"] + values["motor_bearing_span_m"] / 2)
+    assembly.add_place(Place("motor_frame", frozenset({"stator"}), _on_base(base, values, middle), 0.0))
     assembly.add_component(_coupling(values, assembly.places["coupling_hub"].directions, motor_end))
     for name in "ab":
         _add_bearing(assembly, base, values, switches, name)
