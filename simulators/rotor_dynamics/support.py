@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ..assembly import Assembly, MissingPartError
 from ..errors import InvalidValueError
 from ..law import Direction
+from .harmonic_force import harmonic_force
 
 
 @dataclass
@@ -34,6 +36,34 @@ class Support:
     damping_x_n_s_m: float = 0.0
     damping_y_n_s_m: float = 0.0
     roles: frozenset[str] = frozenset({"support"})
+    #: Shares of the vertical stiffness lost in pull, clamping forces and rounding, see `loosen`.
+    _loose: list[tuple[float, float, float]] = field(default_factory=list)
+    _drawn_down_m: list[float] = field(default_factory=list)
+
+    def loosen(self, *, loss: float, clamp_n: float, rounding_n: float) -> None:
+        """Take the part ``loss`` of the vertical stiffness away when the support is pulled with more than ``clamp_n``.
+
+        Of several loosenings each takes its part of what the others leave.
+
+        Parameters
+        ----------
+        loss : float
+            From 0 to 1.
+        clamp_n : float
+            Pull at which the joint opens, beside the static load that the machine puts on it.
+        rounding_n : float
+            The corner is rounded over this force to both sides, above 0.
+        """
+        if not (0.0 <= loss <= 1.0 and rounding_n > 0.0):
+            raise InvalidValueError(
+                f"Support {self.name}: loss {loss:g}, rounding {rounding_n:g} N; allowed: 0 to 1, above 0 N. "
+                "Correct them."
+            )
+        self._loose.append((loss, clamp_n, rounding_n))
+
+    def draw_down(self, *, gap_m: float) -> None:
+        """Shorten the unloaded support by ``gap_m`` in y: a bolt that pulls it down onto a gap; gaps add."""
+        self._drawn_down_m.append(gap_m)
 
     def scale_stiffness(self, *, x: float = 1.0, y: float = 1.0) -> None:
         """Multiply the stiffness in x and y; factors of several effects multiply."""
@@ -51,6 +81,31 @@ class Support:
         """Add springs and dampers to the linear core."""
         assembly.add_spring(self.along_x, stiffness=self.stiffness_x_n_m, damping=self.damping_x_n_s_m)
         assembly.add_spring(self.along_y, stiffness=self.stiffness_y_n_m, damping=self.damping_y_n_s_m)
+        if self._drawn_down_m:
+            pull = -self.stiffness_y_n_m * sum(self._drawn_down_m)
+            name = f"{self.name} drawn down"
+            assembly.forces.append(harmonic_force(name, (self.along_y,), order=0.0, cos=(pull,), sin=(0.0,)))
+        # A support without stiffness has nothing to lose.
+        if self._loose and self.stiffness_y_n_m > 0:
+            self._finish_loose(assembly)
+
+    def _finish_loose(self, assembly: Assembly) -> None:
+        from .bilinear_spring import loosened
+
+        stiffness = self.stiffness_y_n_m
+        left = math.prod(1.0 - loss for loss, _, _ in self._loose)
+        total = sum(loss for loss, _, _ in self._loose)
+        for number, (loss, clamp, rounding) in enumerate(self._loose, start=1):
+            share = loss * (1.0 - left) / total if total else 0.0
+            assembly.forces.append(
+                loosened(
+                    f"{self.name} loose {number}",
+                    self.along_y,
+                    lost_n_m=share * stiffness,
+                    lift_m=clamp / stiffness,
+                    width_m=rounding / stiffness,
+                )
+            )
 
     def _check(self, what: str, x: float, y: float) -> None:
         if not (0.0 <= x < 1e6 and 0.0 <= y < 1e6):
