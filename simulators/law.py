@@ -155,13 +155,32 @@ def force_signature() -> Any:
     return numba.void(matrix, matrix, matrix, numba.int64[::1], numba.int64[::1], matrix)
 
 
-def compiled_force(function: Callable[..., None]) -> Any:
-    """Compile ``function(signals, parameters, x, inputs, outputs, u)`` and keep it on disk.
+class CompiledForce:
+    """A force function, compiled when first needed and kept on disk.
+
+    ``force(...)`` runs the compiled function, ``force.py_func(...)`` the plain Python one.
+    """
+
+    def __init__(self, function: Callable[..., None]) -> None:
+        self.py_func = function
+
+    @functools.cached_property
+    def compiled(self) -> Any:
+        """The compiled function, as numba's dispatcher."""
+        import numba
+
+        return numba.njit(force_signature(), cache=True, error_model="numpy", nogil=True)(self.py_func)
+
+    def __call__(self, *arguments: np.ndarray) -> None:
+        """Call the compiled function."""
+        self.compiled(*arguments)
+
+
+def compiled_force(function: Callable[..., None]) -> CompiledForce:
+    """Make ``function(signals, parameters, x, inputs, outputs, u)`` a compiled force.
 
     All matrices have the lanes last: ``signals`` (signals, lanes), ``parameters`` (parameters, lanes), ``x`` (rows of
     C y, lanes), ``u`` (interface forces, lanes). ``inputs`` and ``outputs`` say which rows belong to the force. The
-    function loops over the lanes and adds to ``u``. The plain Python function stays reachable as ``py_func``.
+    function loops over the lanes and adds to ``u``.
     """
-    import numba
-
-    return numba.njit(force_signature(), cache=True, error_model="numpy", nogil=True)(function)
+    return CompiledForce(function)

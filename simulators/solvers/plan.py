@@ -15,9 +15,6 @@ from ..law import InterfaceForce, Timeline, compiled_force
 from ..speed_profile import SpeedProfile
 from ..system import System
 
-#: The compiled loop is made for this many kinds of force in one machine; more need one more compilation.
-KINDS = 16
-
 
 @dataclass(frozen=True)
 class ForcePlan:
@@ -116,7 +113,7 @@ def force_plan(systems: list[System], profiles: list[SpeedProfile]) -> ForcePlan
     parameters = np.ascontiguousarray(np.array(values, dtype=float).reshape(len(systems), -1).T)
     return ForcePlan(
         forces=forces,
-        laws=law_tuple(tuple(distinct)),
+        laws=law_tuple(tuple(force.compiled for force in distinct)),
         rows=rows,
         inputs=np.concatenate([*systems[0].inputs, np.zeros(0, dtype=np.int64)]).astype(np.int64),
         outputs=np.concatenate([*systems[0].outputs, np.zeros(0, dtype=np.int64)]).astype(np.int64),
@@ -175,13 +172,18 @@ def _nothing(signals, parameters, x, inputs, outputs, u):  # type: ignore[no-unt
 @functools.cache
 def law_tuple(distinct: tuple[Any, ...]) -> tuple[Any, ...]:
     """Return the compiled forces, filled up to a fixed number so that one compiled loop serves every machine."""
-    count = -(-max(len(distinct), 1) // KINDS) * KINDS
-    return (*distinct, *([_compiled_nothing()] * (count - len(distinct))))
+    from .kernel_parts import KINDS
+
+    if len(distinct) > KINDS:
+        raise InvalidValueError(
+            f"This machine has {len(distinct)} kinds of nonlinear force; allowed: {KINDS} in one run. Take some out."
+        )
+    return (*distinct, *([_compiled_nothing()] * (KINDS - len(distinct))))
 
 
 @functools.cache
 def _compiled_nothing() -> Any:
-    return compiled_force(_nothing)
+    return compiled_force(_nothing).compiled
 
 
 class _Quiet:

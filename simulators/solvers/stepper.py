@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import InvalidValueError
 from ..machine import Machine
 from ..speed_profile import SpeedProfile
 from ..system import System
@@ -69,12 +70,13 @@ class Stepper:
         return record
 
     def _run(self, signals: np.ndarray, events: np.ndarray, branches: np.ndarray, steps: int) -> np.ndarray:
-        from .kernel import run_block
+        from .kernel import PARTS, run_block
 
         record = np.empty((steps, len(self.system.probes), self.plan.lanes))
         plan = self.plan
         with quiet:
             run_block(
+                PARTS,
                 plan.laws,
                 plan.rows,
                 plan.inputs,
@@ -155,19 +157,25 @@ def _pair(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.ascontiguousarray(matrix.T), np.ascontiguousarray(matrix)
 
 
-def _kernel_jump(form: BlockForm, plan: ForcePlan, step_s: float) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
-    """Return table spacing, state tables, motion-row tables and the numbers of the forces that jump."""
+def _kernel_jump(form: BlockForm, plan: ForcePlan, step_s: float) -> tuple[Any, ...]:
+    """Return table spacing, state tables, motion-row tables, the numbers of the forces that jump, and room to work."""
+    from .kernel_jump import jump_work
+
     n = form.core.shape[0]
     if not plan.jumping:
-        return step_s, np.zeros((1, 4, 2, n, 1)), np.zeros((1, 4, 2, 2, 1)), np.zeros(0, dtype=np.int64)
+        empty = (np.zeros((1, 4, 2, n, 1)), np.zeros((1, 4, 2, 2, 1)))
+        return step_s, *empty, np.zeros(0, dtype=np.int64), *jump_work(n, 2, 1, 1)
     reads = [plan.inputs[plan.rows[k, 1] : plan.rows[k, 2]] for k in plan.jumping]
     acts = [plan.outputs[plan.rows[k, 3] : plan.rows[k, 4]] for k in plan.jumping]
+    deep, wide = reads[0].size, acts[0].size
+    if any(read.size != deep for read in reads) or any(act.size != wide for act in acts):
+        names = ", ".join(plan.forces[k].name for k in plan.jumping)
+        raise InvalidValueError(
+            f"The forces {names} jump and differ in the number of their motions or outputs; allowed: the same for all."
+        )
     made = [jump_tables(form, form.force_columns[:, columns], step_s) for columns in acts]
-    deep, wide = max(r.size for r in reads), max(a.size for a in acts)
-    points = made[0].states.shape[1]
-    states = np.zeros((len(made), 4, points, n, wide))
-    rows = np.zeros((len(made), 4, points, deep, wide))
-    for i, (table, read, columns) in enumerate(zip(made, reads, acts, strict=True)):
-        states[i, ..., : columns.size] = table.states
-        rows[i, :, :, : read.size, : columns.size] = form.motion_rows[read] @ table.states
-    return made[0].spacing_s, states, rows, np.array(plan.jumping, dtype=np.int64)
+    states = np.stack([table.states for table in made])
+    rows = np.stack([form.motion_rows[read] @ table.states for table, read in zip(made, reads, strict=True)])
+    most = max(int(plan.rows[k, 8] - plan.rows[k, 7]) for k in plan.jumping)
+    numbers = np.array(plan.jumping, dtype=np.int64)
+    return made[0].spacing_s, states, rows, numbers, *jump_work(n, deep, wide, most)

@@ -67,7 +67,7 @@ def compiled_derivative():
     kinds = {force.name: k for k, force in enumerate(plan.forces)}
     bearings = [k for name, k in kinds.items() if name.startswith("bearing")]
     mesh = kinds["mesh"]
-    ball, teeth = plan.forces[bearings[0]].law.force, plan.forces[mesh].law.force
+    ball, teeth = plan.forces[bearings[0]].law.force.compiled, plan.forces[mesh].law.force.compiled
     ins, outs = plan.inputs, plan.outputs
     rows_of = plan.rows
     own = [np.ascontiguousarray(plan.own_parameters(k)) for k in bearings]
