@@ -13,8 +13,8 @@ from .plan import ForcePlan
 #: Angles of the first revolution over which the signals are averaged.
 ANGLES = 64
 MOST_STEPS = 60
-#: First step of the search in seconds; every further one is twice as long, until each is one of Newton's method.
-FIRST_STEP_S, LONGEST_STEP_S = 1e-5, 1e6
+#: First step of the search in seconds; every further one is so many times longer, until each is one of Newton's method.
+FIRST_STEP_S, GROWTH, LONGEST_STEP_S = 1e-5, 4.0, 1e6
 
 
 def static_equilibrium(system: System, plan: ForcePlan, start_s: float, form: BlockForm) -> np.ndarray:
@@ -92,7 +92,7 @@ def _settle(system: System, plan: ForcePlan, lane: int, means: list[np.ndarray],
         if size < 1e-9 * max(1.0, float(np.linalg.norm(form.basis @ acting))):
             return best
         slope = (u[:, 1 : 1 + motions] - u[:, 1 + motions :]) / (2 * width)
-        duration = LONGEST_STEP_S if system.is_linear else min(FIRST_STEP_S * 2.0**step, LONGEST_STEP_S)
+        duration = LONGEST_STEP_S if system.is_linear else min(FIRST_STEP_S * GROWTH**step, LONGEST_STEP_S)
         # (1/d - L - B S C) change = residual by the small system of the interface motions (Woodbury's identity).
         solved = _shifted_solve(form, 1 / duration, np.column_stack([residual, form.force_columns]))
         seen = form.motion_rows @ solved
