@@ -32,7 +32,7 @@ function namedLines(marks, range, width) {
     const half = (LABEL_WIDTH * label.length) / 2;
     if (pixel - half < freeFrom) continue;
     freeFrom = pixel + half + 4;
-    annotations.push({ x: x, y: 1, yref: "paper", yanchor: "top", text: plotText(label), showarrow: false, font: { size: 11, color: colour("mute") }, bgcolor: colour("panel"), borderpad: 1 });
+    annotations.push({ x: x, y: 1, yref: "paper", yanchor: "top", xanchor: "center", text: plotText(label), showarrow: false, font: { size: 11, color: colour("mute") }, bgcolor: colour("panel"), borderpad: 1 });
   }
   return { shapes: shapes, annotations: annotations };
 }
@@ -107,7 +107,7 @@ function drawZones(state) {
     const left = column * (wide + gap), top = 1 - row * (high + space);
     made["xaxis" + name] = axis(row === rows - 1 ? plotText(plan.x) : "", { domain: [left, Math.min(left + wide, 1)], anchor: "y" + name, fixedrange: true, nticks: 4, ticks: "" });
     made["yaxis" + name] = axis(column ? "" : plotText(plan.y), { domain: [Math.max(top - high, 0), top], anchor: "x" + name, fixedrange: true, nticks: 5, showticklabels: !column, ticks: "" });
-    made.annotations.push({ x: left + wide / 2, y: top, xref: "paper", yref: "paper", yanchor: "bottom", text: plotText(panel.name), showarrow: false });
+    made.annotations.push({ x: left + wide / 2, y: top, xref: "paper", yref: "paper", yanchor: "bottom", text: plotText(panel.name), xanchor: "center", showarrow: false });
     traces.push(...zonePanel(panel, i ? i + 1 : 0, ""));
   });
   return show(state.canvas, traces, made);
