@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from ..effect import Effect, Line
 from ..parameter import LogNormal, Uniform, parameter
+from ..rotor_dynamics.support import mesh_lines
 
 if TYPE_CHECKING:
     from ..assembly import Assembly
@@ -15,13 +16,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Looseness(Effect):
-    """Vertical stiffness k when the support is pushed, (1 - loss) k when it is pulled by more than the clamping force.
+    """Vertical stiffness k when the support is pushed, (1 - loss) k when it is pulled beyond the point where it opens.
 
-    What holds the joint together besides ``clamp_n`` is the static load that the machine itself puts on it, its weight
-    first of all. Below the speed at which the vibration's pull exceeds both, nothing happens; unbalance reaches it with
-    speed^2. Above, the support hammers: multiples of 1X in the loose direction (y), a mean lift, and where the mean
-    stiffness puts a resonance at 1/2 X, 3/2 X, ... half orders as well. A mass that bounces without any static load has
-    the natural frequency 2 w sqrt(1 - loss) / (1 + sqrt(1 - loss)), whatever its amplitude.
+    Among more than three feet of a stiff frame one that is slack may carry nothing: it just touches (``hold`` 0), and
+    opens in every revolution. A foot that stands by the machine's static load, its weight first of all (``hold`` 1),
+    opens where the vibration's pull exceeds that load: above a speed, as the force of unbalance grows as speed^2. Below
+    it nothing at all happens. Above it the support hammers: multiples of 1X in the loose direction (y), a mean lift,
+    and, where the mean stiffness puts a resonance near 1/2 X, half orders as well. The static load is computed from the
+    machine; one without weight and other constant forces has none, and ``hold`` means nothing there.
+
+    A mass that bounces without static load has the natural frequency 2 w sqrt(1 - loss) / (1 + sqrt(1 - loss)),
+    whatever its amplitude.
 
     Left out: sliding in x, friction and impact damping in the joint, and that a joint which works loses more clamping.
     """
@@ -52,17 +57,17 @@ class Looseness(Effect):
         meaning="share of the vertical stiffness that is missing in pull; 1 for a foot that nothing holds down",
         source="from slack to no bolt, all equally likely",
     )
-    clamp_n: float = parameter(
-        unit="N",
-        bounds=(-1e3, 1e4),
-        prior=Uniform(-20.0, 20.0),
-        meaning="clamping force that is left, beside the machine's static load; negative where other feet carry it",
-        source="estimate: what is left on a slack bolt is of the order of the weight of a laboratory machine's part",
+    hold: float = parameter(
+        unit="",
+        bounds=(-1.0, 10.0),
+        prior=Uniform(-0.5, 0.5),
+        meaning="share of the static load to overcome before the joint opens: 0 just touches, 1 stands by its load",
+        source="estimate: a foot that carries its share of the weight is not noticed, one that touches is",
     )
     rounding_n: float = parameter(
         unit="N",
-        bounds=(2.0, 1e3),
-        prior=LogNormal(10.0, 2.0),
+        bounds=(1.0, 1e3),
+        prior=LogNormal(3.0, 2.0),
         meaning="force over which the rough surfaces of the joint bed down",
         source="estimate: a machined joint is stiff from a few newtons on; it also keeps the force smooth",
     )
@@ -70,9 +75,10 @@ class Looseness(Effect):
     def contribute(self, assembly: Assembly) -> None:
         """Loosen the chosen support."""
         support = assembly.component(self.ROLE, self.at)
-        support.loosen(loss=self.loss, clamp_n=self.clamp_n, rounding_n=self.rounding_n)
+        support.loosen(loss=self.loss, hold=self.hold, rounding_n=self.rounding_n)
 
     def signature(self, machine: Machine) -> tuple[Line, ...]:
-        """Return 1X, 2X, 3X in y; half orders come with a resonance there and are no promise."""
-        machine.bare_assembly().component(self.ROLE, self.at)
-        return tuple(Line(order, "y") for order in (1.0, 2.0, 3.0))
+        """Return 1X, 2X, 3X in y, with gears the mesh line; half orders come with a resonance and are no promise."""
+        assembly = machine.bare_assembly()
+        assembly.component(self.ROLE, self.at)
+        return (*(Line(order, "y") for order in (1.0, 2.0, 3.0)), *mesh_lines(assembly))

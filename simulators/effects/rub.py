@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from ..effect import Effect, Line
 from ..parameter import LogNormal, Uniform, parameter
 from ..rotor_dynamics.rub_contact import rub_contact
+from ..rotor_dynamics.support import mesh_lines
 
 if TYPE_CHECKING:
     from ..assembly import Assembly
@@ -115,6 +116,10 @@ class Rub(Effect):
         )
 
     def signature(self, machine: Machine) -> tuple[Line, ...]:
-        """Return 1X, 2X, 3X of the shaft; 1/n X and the backward whirl come with speed and are no promise."""
-        ratio = machine.bare_assembly().place(self.ROLE, self.at).shaft_ratio
-        return tuple(Line(order * ratio) for order in (1.0, 2.0, 3.0))
+        """Return 1X, 2X, 3X of the shaft, with gears the mesh line.
+
+        1/n X and the backward whirl come with speed and are no promise.
+        """
+        assembly = machine.bare_assembly()
+        ratio = assembly.place(self.ROLE, self.at).shaft_ratio
+        return (*(Line(order * ratio) for order in (1.0, 2.0, 3.0)), *mesh_lines(assembly))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from ..effect import Effect, Line
 from ..parameter import LogNormal, Uniform, parameter
+from ..rotor_dynamics.support import mesh_lines
 
 if TYPE_CHECKING:
     from ..assembly import Assembly
@@ -65,8 +66,6 @@ class SoftFoot(Effect):
 
     def signature(self, machine: Machine) -> tuple[Line, ...]:
         """Return the shift of the mean and the change of 1X in y, with gears of the mesh line."""
-        support = machine.bare_assembly()
-        support.component(self.ROLE, self.at)
-        lines = [Line(0.0, "y"), Line(1.0, "y")]
-        lines += [Line(part.mesh_order) for part in support.components.values() if "mesh" in part.roles]
-        return tuple(lines)
+        assembly = machine.bare_assembly()
+        assembly.component(self.ROLE, self.at)
+        return (Line(0.0, "y"), Line(1.0, "y"), *mesh_lines(assembly))

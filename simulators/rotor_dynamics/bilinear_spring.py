@@ -1,11 +1,11 @@
 """A spring that loses part of its stiffness when it is pulled: a loose foot, a bearing housing with slack bolts.
 
-With the elongation d (positive: pulled) and the clamping force P that is left, the spring pushes and pulls with k until
-the pull exceeds P, that is until d = P / k; beyond, each further metre costs (1 - loss) k only:
+With the elongation d (positive: pulled) and the elongation d_0 at which the joint opens, each metre beyond d_0 costs
+(1 - loss) k only:
 
-    F = - k d + loss k ramp(d - P / k).
+    F = - k d + loss k ramp(d - d_0).
 
--k d is in the linear core; the rest is the interface force. What is zero without lifting is exactly zero.
+-k d is in the linear core; the rest is the interface force, and exactly zero while the joint stays closed.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def loosened(name: str, along: Direction, *, lost_n_m: float, lift_m: float, wid
     lost_n_m : float
         loss k.
     lift_m : float
-        P / k.
+        d_0.
     width_m : float
         The corner is rounded over this much to both sides.
     """

@@ -18,8 +18,8 @@ _ANGLES = 64
 def static_motion(assembly: Assembly, unfinished: Iterable[Any], rows: Sequence[Direction]) -> np.ndarray:
     """Return what ``rows`` read, shape (rows,), when the mean forces act on the linear core.
 
-    Forces that depend on the motion in a nonlinear way are left out: their linear part is in the core, and what a
-    statically determinate shaft carries does not depend on the rest. A motion that nothing holds is left out too.
+    Forces that depend on the motion are taken as they are without motion: their linear part is in the core, and what a
+    statically determinate part carries does not depend on the rest. A motion that nothing holds is left out.
 
     Parameters
     ----------
@@ -43,15 +43,22 @@ def static_motion(assembly: Assembly, unfinished: Iterable[Any], rows: Sequence[
 
 
 def _mean_forces(system: System) -> np.ndarray:
-    """Return the mean over one revolution of the forces that do not depend on the motion, shape (forces,)."""
+    """Return the mean over one revolution of the forces without motion, shape (forces,)."""
     phase = 2 * np.pi * np.arange(_ANGLES)[:, None] / _ANGLES
     speed = np.full(phase.shape, system.speed_rad_s)
     timeline = Timeline(np.zeros(phase.shape), phase, speed, np.zeros(phase.shape))
     mean = np.zeros(system.force_columns.shape[1])
-    for force, acts in zip(system.forces, system.outputs, strict=True):
+    for force, reads, acts in zip(system.forces, system.inputs, system.outputs, strict=True):
+        parameters = np.array(force.parameters)[:, None]
+        branch = {"branch_rad": phase} if force.law.jumps is not None else {}
+        signals = force.law.signals(timeline, parameters, **branch)[:, :, 0]
         if force.law.is_linear:
-            signals = force.law.signals(timeline, np.array(force.parameters)[:, None])
-            np.add.at(mean, acts, signals[: acts.size, :, 0].mean(axis=1))
+            np.add.at(mean, acts, signals[: acts.size].mean(axis=1))
+            continue
+        still, u = np.zeros((system.motion_rows.shape[0], _ANGLES)), np.zeros((mean.size, _ANGLES))
+        repeated = np.repeat(parameters, _ANGLES, axis=1)
+        force.law.force(np.ascontiguousarray(signals), repeated, still, reads, acts, u)
+        mean += u.mean(axis=1)
     return mean
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from ..assembly import Assembly, MissingPartError
+from ..effect import Line
 from ..errors import InvalidValueError
 from ..law import Direction
 from .harmonic_force import harmonic_force
@@ -36,12 +37,12 @@ class Support:
     damping_x_n_s_m: float = 0.0
     damping_y_n_s_m: float = 0.0
     roles: frozenset[str] = frozenset({"support"})
-    #: Shares of the vertical stiffness lost in pull, clamping forces and rounding, see `loosen`.
+    #: Loss, hold and rounding of each `loosen`.
     _loose: list[tuple[float, float, float]] = field(default_factory=list)
     _drawn_down_m: list[float] = field(default_factory=list)
 
-    def loosen(self, *, loss: float, clamp_n: float, rounding_n: float) -> None:
-        """Take the part ``loss`` of the vertical stiffness away when the support is pulled with more than ``clamp_n``.
+    def loosen(self, *, loss: float, hold: float, rounding_n: float) -> None:
+        """Take the part ``loss`` of the vertical stiffness away when the support is pulled from where it rests.
 
         Of several loosenings each takes its part of what the others leave.
 
@@ -49,8 +50,9 @@ class Support:
         ----------
         loss : float
             From 0 to 1.
-        clamp_n : float
-            Pull at which the joint opens, beside the static load that the machine puts on it.
+        hold : float
+            Share of the machine's static load that must be overcome before the joint opens: 0 for a foot that just
+            touches, 1 for one that stands by its load, more where bolts still help, negative for one with a gap.
         rounding_n : float
             The corner is rounded over this force to both sides, above 0.
         """
@@ -59,7 +61,7 @@ class Support:
                 f"Support {self.name}: loss {loss:g}, rounding {rounding_n:g} N; allowed: 0 to 1, above 0 N. "
                 "Correct them."
             )
-        self._loose.append((loss, clamp_n, rounding_n))
+        self._loose.append((loss, hold, rounding_n))
 
     def draw_down(self, *, gap_m: float) -> None:
         """Shorten the unloaded support by ``gap_m`` in y: a bolt that pulls it down onto a gap; gaps add."""
@@ -91,18 +93,22 @@ class Support:
 
     def _finish_loose(self, assembly: Assembly) -> None:
         from .bilinear_spring import loosened
+        from .static_load import static_motion
 
+        parts = list(assembly.components.values())
+        behind = parts[[part is self for part in parts].index(True) + 1 :]
+        rest = float(static_motion(assembly, behind, (self.along_y,))[0])
         stiffness = self.stiffness_y_n_m
         left = math.prod(1.0 - loss for loss, _, _ in self._loose)
         total = sum(loss for loss, _, _ in self._loose)
-        for number, (loss, clamp, rounding) in enumerate(self._loose, start=1):
+        for number, (loss, hold, rounding) in enumerate(self._loose, start=1):
             share = loss * (1.0 - left) / total if total else 0.0
             assembly.forces.append(
                 loosened(
                     f"{self.name} loose {number}",
                     self.along_y,
                     lost_n_m=share * stiffness,
-                    lift_m=clamp / stiffness,
+                    lift_m=rest + hold * abs(rest),
                     width_m=rounding / stiffness,
                 )
             )
@@ -130,3 +136,9 @@ def chosen_supports(assembly: Assembly, name: str = "") -> Iterator[Support]:
     if not found:
         raise MissingPartError("This machine has no support that can change. Use a machine that has one.")
     yield from found
+
+
+def mesh_lines(assembly: Assembly) -> tuple[Line, ...]:
+    """Return the mesh line of each gear pair: with gears, every change of a support or shaft changes it most."""
+    meshes = (part for part in assembly.components.values() if "mesh" in part.roles)
+    return tuple(Line(part.mesh_order) for part in meshes)
