@@ -18,9 +18,9 @@ class ClearanceGrowth(Effect):
     """Radial clearance c -> c + growth: fewer balls carry the load, the support softens and pulses more at BPFO.
 
     For a machine whose bearings have contacts with clearance; linear springs have none. The lines of the ball pass
-    grow with the clearance, and so do their sidebands of a gear mesh; with load they grow less than in proportion, because the load zone widens. They are a
-    displacement of the shaft, so that acceleration grows as speed^2. Under light load the shaft leaves the balls and
-    rattles.
+    grow with the clearance, and so do their sidebands of a gear mesh; with load they grow less than in proportion,
+    because the load zone widens. They are a displacement of the shaft, so that acceleration grows as speed^2. Under
+    light load the shaft leaves the balls and rattles.
     """
 
     NAME = "clearance_growth"

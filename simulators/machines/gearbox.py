@@ -210,6 +210,8 @@ def _add_mesh(assembly: Assembly, values: Mapping[str, float], switches: frozens
         along=along,
         reaction={**along, "wheel.y": 0.0} if "no_reaction_on_wheel" in switches else None,
         branches=misprinted_branches(pair) if "mesh_in_series" in switches else pair.branches,
+        pair=pair,
+        branch_model=misprinted_branches if "mesh_in_series" in switches else None,
         mesh_order=float(PINION_TEETH),
         damping_n_s_m=damping,
         backlash_m=values["backlash_m"],

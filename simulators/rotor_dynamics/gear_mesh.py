@@ -7,6 +7,9 @@ jumping at known shaft angles, the force along the line of action is
     F = 0                                        within the backlash b, -b <= d - e <= 0
     F = k(phi) (d - e + b) + c (d' - e')         rear flanks in contact, d - e < -b
 
+A damaged tooth changes stiffness and error while its pair is in contact, see `tooth_damage`; the mesh then repeats with
+the turns of that gear and not with every tooth. Its pair enters and leaves where every pair does: no further jumps.
+
 The damping force goes with the contact: teeth apart exchange no force. The linear core holds the mean stiffness and the
 damper; the interface force is the difference, so that it vanishes for a constant stiffness without error or separation.
 
@@ -17,7 +20,8 @@ A. Kahraman and R. Singh, "Non-linear dynamics of a spur gear pair", J. Sound Vi
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -25,9 +29,24 @@ from ..assembly import Assembly
 from ..errors import InvalidValueError
 from ..law import Direction, InterfaceForce, Law, Timeline, compiled_force
 from .gear_mesh_stiffness import SpurPair, StiffnessBranch
+from .tooth_damage import (
+    Damage,
+    DamagedTooth,
+    damage_polynomials,
+    mean_stiffness_loss_n_m,
+    pair_compliance,
+    wear_harmonics_m,
+)
 
-# Parameters of the law: these, then two polynomials of equal length, then (order, cosine, sine) of each error.
-_ORDER, _START, _CHANGE, _MEAN, _DAMPING, _BACKLASH, _SEPARATES, _MEAN_ERROR, _POWERS, _SERIES = range(10)
+# Parameters of the law: these, then two polynomials of equal length; with damaged teeth the sound pair's compliance
+# and for each tooth (every, first, compliance, error), all polynomials of equal length; then (order, cosine, sine) of
+# each error.
+_ORDER, _START, _CHANGE, _MEAN, _DAMPING, _BACKLASH, _SEPARATES, _MEAN_ERROR, _POWERS, _TEETH, _PAIR_POWERS, _SERIES = (
+    range(12)
+)
+#: Harmonics of the mesh that wear of the flanks makes; those above are small.
+WEAR_HARMONICS = 5
+Branches = tuple[StiffnessBranch, StiffnessBranch]
 
 
 def _mesh_signals(timeline: Timeline, parameters: np.ndarray, *, branch_rad: np.ndarray | None = None) -> np.ndarray:
@@ -44,8 +63,49 @@ def _mesh_signals(timeline: Timeline, parameters: np.ndarray, *, branch_rad: np.
     stiffness = np.zeros(local.shape)
     for a, b in zip(first[::-1], second[::-1], strict=True):
         stiffness = stiffness * local + np.where(is_first, a, b)
-    error, rate = _error_signals(timeline, parameters[_SERIES + 2 * powers :])
+    teeth, pair_powers = int(parameters[_TEETH, 0]), int(parameters[_PAIR_POWERS, 0])
+    at = _SERIES + 2 * powers
+    series = at + pair_powers + teeth * (2 + 2 * pair_powers)
+    error, rate = _error_signals(timeline, parameters[series:])
+    if teeth:
+        phase = timeline.phase_rad * pitches + parameters[_START] - tooth
+        own = parameters[at:series]
+        latest = _tooth_signals(tooth, phase, np.ones(phase.shape, bool), own, pair_powers)
+        earlier = _tooth_signals(tooth - 1, phase + 1, is_first, own, pair_powers)
+        stiffness = stiffness + latest[0] + earlier[0]
+        error = error + latest[1] + earlier[1]
+        rate = rate + (latest[2] + earlier[2]) * pitches * timeline.speed_rad_s
     return np.stack([stiffness, error + parameters[_MEAN_ERROR], rate])
+
+
+def _tooth_signals(
+    number: np.ndarray, phase: np.ndarray, in_contact: np.ndarray, own: np.ndarray, powers: int
+) -> np.ndarray:
+    """Return change of stiffness, error and its derivative by the pair phase where pair ``number`` is damaged."""
+    result = np.zeros((3, *phase.shape))
+    softer = np.zeros(phase.shape)
+    for tooth in own[powers:].reshape(-1, 2 + 2 * powers, own.shape[1]):
+        where = np.nonzero(in_contact & (np.mod(number - tooth[1], tooth[0]) == 0))
+        if not where[0].size:
+            continue
+        position, lane = phase[where], where[1] if own.shape[1] > 1 else np.zeros(where[1].size, dtype=int)
+        softer[where] += _polynomial(tooth[2 : 2 + powers, lane], position)[0]
+        error, slope = _polynomial(tooth[2 + powers :, lane], position)
+        result[1][where] += error
+        result[2][where] += slope
+    where = np.nonzero(softer)
+    lane = where[1] if own.shape[1] > 1 else np.zeros(where[1].size, dtype=int)
+    sound = _polynomial(own[:powers, lane], phase[where])[0]
+    result[0][where] = 1 / (sound + softer[where]) - 1 / sound
+    return result
+
+
+def _polynomial(coefficients: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    value, slope = np.zeros(position.shape), np.zeros(position.shape)
+    for coefficient in coefficients[::-1]:
+        slope = slope * position + value
+        value = value * position + coefficient
+    return value, slope
 
 
 def _error_signals(timeline: Timeline, series: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -111,6 +171,13 @@ class GearMesh:
         Mesh phase at shaft angle 0, in pitches; a pair enters at 0.
     mean_error_m : float
         Constant part of the error.
+    pair : SpurPair, optional
+        The gears; without them no tooth can be damaged. ``branches`` may differ from theirs for a misprint, damage is
+        always theirs.
+    branch_model : callable, optional
+        Makes ``branches`` of a pair; its own branches unless given.
+    gears : pair of str
+        Names of the places of driving and driven gear.
     """
 
     name: str
@@ -125,6 +192,11 @@ class GearMesh:
     mean_error_m: float = 0.0
     #: Error by order of the reference shaft: cosine part less 1j times sine part.
     errors: dict[float, complex] = field(default_factory=dict)
+    pair: SpurPair | None = None
+    branch_model: Callable[[SpurPair], Branches] | None = None
+    gears: tuple[str, str] = ("pinion", "wheel")
+    teeth: list[DamagedTooth] = field(default_factory=list)
+    wear_m: float = 0.0
     roles: frozenset[str] = frozenset({"mesh"})
 
     def __post_init__(self) -> None:
@@ -134,8 +206,43 @@ class GearMesh:
 
     @property
     def mean_stiffness_n_m(self) -> float:
-        """Mean stiffness over one pitch."""
-        return sum(branch.integral_n_m for branch in self.branches)
+        """Mean stiffness over a turn."""
+        lost = sum(mean_stiffness_loss_n_m(self._pair, tooth) for tooth in self.teeth)
+        return sum(branch.integral_n_m for branch in self.branches) - lost
+
+    @property
+    def _pair(self) -> SpurPair:
+        if self.pair is None:
+            raise InvalidValueError(
+                f"Gear mesh {self.name} does not know its teeth; allowed: damage of a mesh made with ``pair``. "
+                "Give it the SpurPair."
+            )
+        return self.pair
+
+    def gear(self, place: str) -> tuple[int, bool]:
+        """Return the number of teeth of the gear at a place, and whether it is the driven one."""
+        if place not in self.gears:
+            raise InvalidValueError(f"{place!r} is no gear of mesh {self.name}; allowed: {', '.join(self.gears)}.")
+        is_wheel = place == self.gears[1]
+        return (self._pair.wheel if is_wheel else self._pair.pinion).teeth, is_wheel
+
+    def add_tooth_damage(self, damage: Damage, *, every: int, first: int) -> None:
+        """Damage the pairs ``first``, ``first`` + ``every``, ...: a tooth of a gear with ``every`` teeth."""
+        self._pair  # noqa: B018  says at once what is missing
+        self.teeth.append(DamagedTooth(every, first % every, damage))
+
+    def add_wear(self, wear_m: float) -> None:
+        """Wear all flanks by up to ``wear_m``, both gears together; wear of several effects adds."""
+        self._pair  # noqa: B018
+        self.wear_m += wear_m
+
+    def grow_centre_distance(self, growth_m: float) -> None:
+        """Move the gears apart: less contact, another stiffness, more backlash. Damping stays."""
+        before = self._pair
+        after = replace(before, centre_growth_m=before.centre_growth_m + growth_m)
+        self.pair = after
+        self.branches = after.branches if self.branch_model is None else self.branch_model(after)
+        self.backlash_m += after.backlash_growth_m - before.backlash_growth_m
 
     def add_error(self, *, order: float, amplitude_m: float, angle_rad: float) -> None:
         """Add e = amplitude sin(order phi + angle) to the transmission error; errors of one order add as vectors.
@@ -154,7 +261,9 @@ class GearMesh:
         first, second = (branch.coefficients for branch in self.branches)
         powers = max(first.size, second.size)
         polynomials = [np.pad(own, (0, powers - own.size)) for own in (first, second)]
-        series = [number for order, e in self.errors.items() for number in (order, e.real, -e.imag)]
+        errors = self._errors_with_wear()
+        series = [number for order, e in errors.items() for number in (order, e.real, -e.imag)]
+        pair_powers, teeth = self._tooth_parameters()
         head = {
             _ORDER: self.mesh_order,
             _START: self.first_contact_pitches,
@@ -165,10 +274,36 @@ class GearMesh:
             _SEPARATES: float(self.separates),
             _MEAN_ERROR: self.mean_error_m,
             _POWERS: float(powers),
+            _TEETH: float(len(self.teeth)),
+            _PAIR_POWERS: float(pair_powers),
         }
-        parameters = np.concatenate([[head[row] for row in range(_SERIES)], *polynomials, series])
+        parameters = np.concatenate([[head[row] for row in range(_SERIES)], *polynomials, *teeth, series])
         acts = self.along if self.reaction is None else self.reaction
         return InterfaceForce(self.name, GEAR_MESH, tuple(parameters.tolist()), (acts,), (self.along,), (self.along,))
+
+    def _errors_with_wear(self) -> dict[float, complex]:
+        errors = dict(self.errors)
+        if self.wear_m:
+            turned = np.exp(2j * np.pi * np.arange(1, WEAR_HARMONICS + 1) * self.first_contact_pitches)
+            sizes = wear_harmonics_m(self._pair, wear_m=self.wear_m, count=WEAR_HARMONICS) * turned
+            for number, size in enumerate(sizes, start=1):
+                order = number * self.mesh_order
+                errors[order] = errors.get(order, 0j) + complex(size)
+        return errors
+
+    def _tooth_parameters(self) -> tuple[int, list[np.ndarray]]:
+        """Return the common length of the teeth's polynomials, and the rows of `_mesh_signals` for the teeth."""
+        if not self.teeth:
+            return 0, []
+        sound = pair_compliance(self._pair)
+        teeth = sorted(self.teeth, key=lambda tooth: tooth.key)
+        made = [damage_polynomials(self._pair, tooth.damage) for tooth in teeth]
+        powers = max(polynomial.size for polynomial in (sound, *(p for both in made for p in both)))
+        rows = [np.pad(sound, (0, powers - sound.size))]
+        for tooth, both in zip(teeth, made, strict=True):
+            rows.append(np.array([tooth.every, tooth.first], dtype=float))
+            rows += [np.pad(polynomial, (0, powers - polynomial.size)) for polynomial in both]
+        return powers, rows
 
     def finish(self, assembly: Assembly) -> None:
         """Add mean stiffness and damping to the linear core and the rest as a force."""

@@ -62,12 +62,15 @@ class StiffnessBranch:
 
 @dataclass(frozen=True)
 class SpurPair:
-    """Two spur gears in mesh at the centre distance of their pitch circles, the pinion driving.
+    """Two spur gears in mesh, the pinion driving.
 
     Parameters
     ----------
     pinion, wheel : SpurGear
         Of equal module and pressure angle. Contact ratio between 1 and 2, contact within both involutes.
+    centre_growth_m : float
+        Centre distance less that of the pitch circles, m (z1 + z2) / 2. Involutes still roll truly, with less contact
+        and more backlash.
 
     Raises
     ------
@@ -77,6 +80,7 @@ class SpurPair:
 
     pinion: SpurGear
     wheel: SpurGear
+    centre_growth_m: float = 0.0
 
     def __post_init__(self) -> None:
         one, two = self.pinion, self.wheel
@@ -98,7 +102,31 @@ class SpurPair:
     def _tangents_m(self) -> float:
         """Length of the line of action between both base circles."""
         one, two = self.pinion, self.wheel
-        return (one.pitch_radius_m + two.pitch_radius_m) * math.sin(one.pressure_angle_rad)
+        distance = one.pitch_radius_m + two.pitch_radius_m + self.centre_growth_m
+        return distance * math.sin(self.working_angle_rad)
+
+    @property
+    def working_angle_rad(self) -> float:
+        """Pressure angle at the actual centre distance a': cos(alpha') = a cos(alpha) / a'."""
+        if self.centre_growth_m == 0:
+            return self.pinion.pressure_angle_rad
+        distance = self.pinion.pitch_radius_m + self.wheel.pitch_radius_m
+        ratio = distance * math.cos(self.pinion.pressure_angle_rad) / (distance + self.centre_growth_m)
+        if not 0 < ratio < 1:
+            raise InvalidValueError(
+                f"Centre distance {distance + self.centre_growth_m:.6g} m; allowed: more than the sum of the base "
+                "circles' radii. Give a smaller change."
+            )
+        return math.acos(ratio)
+
+    @property
+    def backlash_growth_m(self) -> float:
+        """Backlash along the line of action that the centre distance adds: 2 (r_b1 + r_b2) (inv alpha' - inv alpha).
+
+        The involute function is inv x = tan x - x.
+        """
+        new, old = (math.tan(a) - a for a in (self.working_angle_rad, self.pinion.pressure_angle_rad))
+        return 2 * (self.pinion.base_radius_m + self.wheel.base_radius_m) * (new - old)
 
     @property
     def _start_m(self) -> float:
@@ -123,9 +151,7 @@ class SpurPair:
     @property
     def pitch_point_phase(self) -> float:
         """Phase at which a pair touches at the pitch point, counted from its first contact."""
-        return (
-            self.pinion.pitch_radius_m * math.sin(self.pinion.pressure_angle_rad) - self._start_m
-        ) / self.base_pitch_m
+        return (self.pinion.base_radius_m * math.tan(self.working_angle_rad) - self._start_m) / self.base_pitch_m
 
     @property
     def contact_compliance_m_n(self) -> float:
