@@ -31,7 +31,7 @@ _BY_LOAD = {
 _SHOWN = ("f_r1", "2f_r1", "f_o1", "f_o1+f_r1", "f_m", "f_m-f_r1", "f_m+f_r1", "f_m+2f_r1")
 _MARKED = ("f_r1", "2f_r1", "f_o1", "2f_o1", "f_m", "f_m-f_r1", "f_m+f_r1", "2f_m")
 #: As in the claims. Half the length would not part f_m - f_r1 from 7 f_o1 + 4 f_r1, 0.5 Hz beside it.
-_RUN = {"duration_s": 4.0, "settle_s": 0.7, "step_s": 1 / 120000}
+_DURATION_S, _SETTLE_S, _STEP_S = 4.0, 0.7, 1 / 120000
 
 
 def figures() -> list[Figure]:
@@ -40,7 +40,13 @@ def figures() -> list[Figure]:
 
     groups = (*_BY_MISALIGNMENT.values(), *_BY_SPEED.values(), *_BY_LOAD.values())
     cases = list(dict.fromkeys([_HEALTHY, *(case for group in groups for case in group)]))
-    made = simulate_batch([(case.machine("plausible"), case.rotor_hz * 60) for case in cases], rate_hz=RATE_HZ, **_RUN)
+    made = simulate_batch(
+        [(case.machine("plausible"), case.rotor_hz * 60) for case in cases],
+        duration_s=_DURATION_S,
+        rate_hz=RATE_HZ,
+        settle_s=_SETTLE_S,
+        step_s=_STEP_S,
+    )
     runs = dict(zip(cases, made, strict=True))
     absent = f"Lines below {ABSENT:g} m/s² or drowned in noise are left out."
     return [

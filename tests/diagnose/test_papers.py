@@ -91,6 +91,19 @@ def test_maps_are_solutions_of_their_own(figures: list[Any]) -> None:
 # ---- words and files ----
 
 
+def test_examples_of_the_simulators_readme_run(capsys: pytest.CaptureFixture[str]) -> None:
+    text = (Path(__file__).resolve().parents[2] / "simulators" / "README.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
+    assert len(blocks) == 3
+    names: dict[str, Any] = {}
+    for block in blocks:
+        exec(compile(block, "simulators/README.md", "exec"), names)
+    assert names["acceleration"].shape == (10000,)
+    assert names["run_up"].signals.shape == (4, 10000)
+    assert [run.signals.shape[1] for run in names["runs"]] == [10000] * 3
+    assert "unbalance - " in capsys.readouterr().out
+
+
 def test_papers_are_chosen_by_number_and_every_one_has_a_title_and_figures() -> None:
     everyone = [module.removeprefix("paper_") for module in paper_modules()]
     assert papers.choose([]) == everyone == list(papers.TITLES)
