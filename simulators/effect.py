@@ -144,7 +144,7 @@ class SensorEffect(Effect):
     """Base class of effects on the recorded signal; they act after the physics. Subclasses set `LINK` and `apply`.
 
     Strengths are in the channel's unit, or a share of its measuring range (`SensorRecord.full_scale`), which is the
-    largest value of the healthy record unless a `SensorChain` states it.
+    largest distance from the mean in the healthy record unless a `SensorChain` states it.
 
     Attributes
     ----------

@@ -53,6 +53,7 @@ def record_of(simulation: Simulation, machine: Machine, *, output_rate_hz: float
     """Return what a chain without any limits would record of a simulation."""
     places = machine.bare_assembly().places
     ratios = tuple(places[p.location].shaft_ratio if p.location in places else 1.0 for p in simulation.probes)
+    middle = simulation.signals.mean(axis=1)
     return SensorRecord(
         signals=simulation.signals,
         rate_hz=simulation.rate_hz,
@@ -61,7 +62,8 @@ def record_of(simulation: Simulation, machine: Machine, *, output_rate_hz: float
         speed_rad_s=simulation.speed_rad_s,
         channels=simulation.probes,
         shaft_ratios=ratios,
-        full_scale=np.abs(simulation.signals).max(axis=1),
+        full_scale=np.abs(simulation.signals - middle[:, None]).max(axis=1),
+        middle=middle,
         leak=np.zeros(len(simulation.probes)),
     )
 
@@ -90,7 +92,7 @@ def run_chain(
     """
     check_seed(effects, seed)
     if chain is not None:
-        record = replace(record, full_scale=chain.ranges(record))
+        record = chain.ranged(record)
     generators = _generators(effects, seed or 0, stream)
     for link in LINKS:
         if chain is not None:
@@ -143,7 +145,8 @@ class SensorChain:
     noise_corner_hz : float
         Below it the density's square rises as 1/f.
     full_scale : mapping of str to float
-        Measuring range by unit of the channel, from 0 to its end; the record's peak for units left out.
+        Measuring range by unit of the channel, from 0 to its end on both sides; for units left out, the range that
+        the record fills about its mean.
     bits : int, optional
         Of the converter; 2^bits steps from -full_scale to +full_scale.
     pulses_per_revolution : int
@@ -185,11 +188,12 @@ class SensorChain:
         """Whether the chain draws random numbers, so that a measurement needs a seed."""
         return any(self.noise.values()) or (self.pulse_jitter > 0 and self.pulses_per_revolution > 0)
 
-    def ranges(self, record: SensorRecord) -> np.ndarray:
-        """Return the measuring range of each channel of a record, shape (channels,)."""
-        units = [channel.unit for channel in record.channels]
-        return np.array(
-            [self.full_scale.get(unit, own) for unit, own in zip(units, record.full_scale, strict=True)], float
+    def ranged(self, record: SensorRecord) -> SensorRecord:
+        """Return the record with the measuring ranges that the chain states."""
+        stated = np.array([self.full_scale.get(channel.unit, np.nan) for channel in record.channels])
+        own = np.isnan(stated)
+        return replace(
+            record, full_scale=np.where(own, record.full_scale, stated), middle=np.where(own, record.middle, 0.0)
         )
 
     def healthy(self, link: str, record: SensorRecord, generator: np.random.Generator) -> SensorRecord:
@@ -242,13 +246,12 @@ class SensorChain:
         return density[:, None] * math.sqrt(record.rate_hz / 2) * np.fft.irfft(spectrum, count, axis=1)
 
     def _converted(self, record: SensorRecord) -> np.ndarray:
-        end = record.full_scale[:, None]
-        if self.bits is None:
-            # Without a stated range the range is the record's own peak: noise on top of it is not cut.
-            stated = np.array([channel.unit in self.full_scale for channel in record.channels])[:, None]
-            return np.where(stated, np.clip(record.signals, -end, end), record.signals)
-        step = 2 * end / 2**self.bits
-        return rounded(np.clip(record.signals, -end, end - step), step)
+        end, middle = record.full_scale[:, None], record.middle[:, None]
+        step = 0.0 if self.bits is None else 2 * end / 2**self.bits
+        # A range that is only the record's own is no limit: noise on top of it is not cut.
+        stated = np.array([channel.unit in self.full_scale for channel in record.channels])[:, None]
+        cut = np.where(stated, np.clip(record.signals, middle - end, middle + end - step), record.signals)
+        return rounded(cut, step)
 
     def tacho(self, record: SensorRecord, generator: np.random.Generator) -> np.ndarray:
         """Return the tacho's logic level, 0 or 1, at each sample of a record, shape (samples,)."""

@@ -35,8 +35,8 @@ class SensorRecord:
     channels : tuple of Probe
     shaft_ratios : tuple of float
         Speed of the part that a channel looks at over the speed of the reference shaft.
-    full_scale : ndarray (channels,)
-        Measuring range of each channel, from 0 to its end, in its unit.
+    full_scale, middle : ndarray (channels,)
+        Measuring range of each channel, from ``middle - full_scale`` to ``middle + full_scale``, in its unit.
     leak : ndarray (channels,)
         Share of what lies above half the output rate that the anti-alias filter lets through; 0 for a good filter.
     """
@@ -49,6 +49,7 @@ class SensorRecord:
     channels: tuple[Probe, ...]
     shaft_ratios: tuple[float, ...]
     full_scale: np.ndarray
+    middle: np.ndarray
     leak: np.ndarray
 
     @property

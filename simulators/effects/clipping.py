@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Clipping(SensorEffect):
-    """Values beyond +-(1 - lost) x measuring range are cut to it.
+    """Values farther than (1 - lost) x measuring range from the middle of the range are cut to it.
 
     A cut sine has odd harmonics only; with a mean or a second line even ones come as well. The cut-off peaks grow with
     the signal: more speed or load, more clipping. The cut is made after the anti-alias filter, at the converter, so
@@ -40,7 +40,7 @@ class Clipping(SensorEffect):
         bounds=(0.0, 0.99),
         zero=0.0,
         prior=Uniform(0.1, 0.7),
-        meaning="share of the measuring range that is missing; the range is the record's peak unless a chain states it",
+        meaning="share of the measuring range that is missing; that range is the record's own unless a chain states it",
         source="estimate: a gain set one step of 2 too high leaves half of the range",
     )
 
@@ -51,7 +51,8 @@ class Clipping(SensorEffect):
         rows = self.chosen(record.channels)
         end = (1 - self.lost_range) * record.full_scale[rows, None]
         signals = record.signals.copy()
-        signals[rows] = np.clip(signals[rows], -end, end)
+        middle = record.middle[rows, None]
+        signals[rows] = np.clip(signals[rows], middle - end, middle + end)
         return record.with_signals(signals)
 
     def signature(self, machine: Machine) -> tuple[Line, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class DroppedSamples(SensorEffect):
-    """Stretches of equal length at random instants repeat the last value before them, on all chosen channels at once.
+    """Gaps of one length, one somewhere in each stretch of gap / share: the last value is held on all chosen channels.
 
     Each step at a gap's end is broad-band: the floor rises and an envelope shows impacts that follow no speed. Their
     number depends on the recorder, not on speed or load. Left out: recorders that leave the stretch out and so move all
@@ -64,12 +65,12 @@ class DroppedSamples(SensorEffect):
             return record
         count = record.signals.shape[1]
         length = max(1, round(self.gap_s * record.rate_hz))
-        # Gaps may overlap; so many are needed that the share is lost on average.
-        starts = np.flatnonzero(generator.random(count) < 1 - (1 - self.share) ** (1 / length))
-        lost = np.zeros(count + length + 1)
-        np.add.at(lost, starts, 1)
-        np.add.at(lost, starts + length, -1)
-        good = np.cumsum(lost[:count]) == 0
+        stretch = length / self.share
+        first = stretch * np.arange(math.ceil(count / stretch))
+        starts = np.floor(first + generator.random(first.size) * (stretch - length)).astype(int)
+        good = np.ones(count + length, dtype=bool)
+        good[np.minimum(starts[:, None] + np.arange(length), count)] = False
+        good = good[:count]
         good[0] = True
         held = np.maximum.accumulate(np.where(good, np.arange(count), 0))
         rows = self.chosen(record.channels)
