@@ -63,51 +63,51 @@ COUPLING_FORCE = Law("given coupling force", coupling_signals)
 
 def rotor_machine(nodes_m, coupling_force_n, *, all_directions=True):
     """Return the documented rotor as a machine of ours."""
-    lengths = np.diff(nodes_m)
-    elements = [ShaftElement(float(length), DIAMETER_M) for length in lengths]
+    elements = [ShaftElement(float(length), DIAMETER_M) for length in np.diff(nodes_m)]
     spectrum = np.fft.rfft(coupling_force_n)[:, : HARMONICS + 1] / coupling_force_n.shape[1]
     spectrum[:, 1:] *= 2
     series = np.stack([spectrum[0].real, -spectrum[0].imag, spectrum[1].real, -spectrum[1].imag], axis=1)
 
     def build(assembly, values, switches):
-        bending = assemble_rotor(elements, material=MATERIAL, discs=DISCS)
-        names = [f"node_{node}.{axis}" for node in range(nodes_m.size) for axis in COORDINATES]
-        add_proportionally_damped(assembly, names, bending.mass, bending.stiffness)
-        assembly.add_matrix("gyroscopic", names, bending.gyroscopic)
-        if all_directions:
-            torsion = assemble_torsion(elements, material=MATERIAL, discs=DISCS)
-            names = [f"node_{node}.torsion" for node in range(nodes_m.size)]
-            add_proportionally_damped(assembly, names, torsion.inertia, torsion.stiffness)
-            names = [f"node_{node}.axial" for node in range(nodes_m.size)]
-            add_proportionally_damped(assembly, names, *bars(elements))
+        add_shaft(assembly, elements, all_directions=all_directions)
         for node, (stiffness_x, stiffness_y, damping_x, damping_y) in BEARINGS.items():
             assembly.add_spring({f"node_{node}.x": 1.0}, stiffness=stiffness_x, damping=damping_x)
             assembly.add_spring({f"node_{node}.y": 1.0}, stiffness=stiffness_y, damping=damping_y)
-        for disc in DISCS:
-            directions = {axis: {f"node_{disc.node}.{axis}": 1.0} for axis in "xy"}
-            place = Place(f"disc_{disc.node}", frozenset({"rotor", "disc"}), directions)
-            assembly.add_place(place)
-            for axis in "xy":
-                name = f"{place.name}.{axis}"
-                assembly.probes.append(Probe(name, "displacement", "m", place.name, axis, directions[axis]))
-        first = assembly.places[f"disc_{DISCS[0].node}"]
-        assembly.forces.append(
-            rotating_mass("unbalance", first, moment_kg_m=UNBALANCE_KG_M, angle_rad=UNBALANCE_PHASE_RAD)
-        )
+        add_discs(assembly)
         across = tuple({f"node_0.{axis}": 1.0, f"node_1.{axis}": -1.0} for axis in "xy")
         assembly.forces.append(InterfaceForce("coupling", COUPLING_FORCE, tuple(series.ravel()), across))
 
+    presets = {"plausible": Preset("as documented")}
     return Machine(
-        MachineDefinition(
-            name="documented rotor",
-            meaning="two discs on a shaft of 0.9 m",
-            parameters=(),
-            presets={"plausible": Preset("as documented")},
-            build=build,
-            step_s=1e-4,
-            settle_s=4.0,
-        )
+        MachineDefinition("documented rotor", "two discs, 0.9 m", (), presets, build, step_s=1e-4, settle_s=4.0)
     )
+
+
+def add_shaft(assembly, elements, *, all_directions):
+    """Add the shaft with the discs' mass, in bending or in all six directions."""
+    nodes = range(len(elements) + 1)
+    bending = assemble_rotor(elements, material=MATERIAL, discs=DISCS)
+    names = [f"node_{node}.{axis}" for node in nodes for axis in COORDINATES]
+    add_proportionally_damped(assembly, names, bending.mass, bending.stiffness)
+    assembly.add_matrix("gyroscopic", names, bending.gyroscopic)
+    if all_directions:
+        torsion = assemble_torsion(elements, material=MATERIAL, discs=DISCS)
+        names = [f"node_{node}.torsion" for node in nodes]
+        add_proportionally_damped(assembly, names, torsion.inertia, torsion.stiffness)
+        add_proportionally_damped(assembly, [f"node_{node}.axial" for node in nodes], *bars(elements))
+
+
+def add_discs(assembly):
+    """Add places and probes at the discs, and the unbalance of the first one."""
+    for disc in DISCS:
+        directions = {axis: {f"node_{disc.node}.{axis}": 1.0} for axis in "xy"}
+        place = Place(f"disc_{disc.node}", frozenset({"rotor", "disc"}), directions)
+        assembly.add_place(place)
+        for axis in "xy":
+            name = f"{place.name}.{axis}"
+            assembly.probes.append(Probe(name, "displacement", "m", place.name, axis, directions[axis]))
+    first = assembly.places[f"disc_{DISCS[0].node}"]
+    assembly.forces.append(rotating_mass("unbalance", first, moment_kg_m=UNBALANCE_KG_M, angle_rad=UNBALANCE_PHASE_RAD))
 
 
 def add_proportionally_damped(assembly, names, mass, stiffness):

@@ -106,8 +106,8 @@ def by_effects():
         added = sorted(zip(costs[1:] - costs[0], shipped, strict=True), key=lambda pair: pair[0])
         print(f"{name}: {costs[0]:.0f} ns a step; each effect alone adds")
         print("    " + ", ".join(f"{effect.NAME} {cost:.0f}" for cost, effect in added))
-        cheapest_first = [effect for _, effect in added]
-        for kind, effects in (("shipped effects", cheapest_first), ("unbalances", [Unbalance(moment_kg_m=1e-6)] * 10)):
+        print(f"    mean {np.mean(costs[1:] - costs[0]):.0f}, median {np.median(costs[1:] - costs[0]):.0f}")
+        for kind, effects in (("shipped effects", shipped), ("unbalances", [Unbalance(moment_kg_m=1e-6)] * 10)):
             counts = np.arange(11)
             costs = in_turns([stepper([machine.with_effects(*effects[:n])], step_s=step_s) for n in counts])
             each = np.polyfit(counts, costs, 1)[0]
