@@ -1,0 +1,53 @@
+"""Run-out: a pattern of the surface, the same at every speed, a quarter turn later on the second probe."""
+
+import numpy as np
+import pytest
+from rotorwise.simulators.effects.run_out import RunOut
+from rotorwise.simulators.machine import find_machine
+
+from .sensor_records import record, run
+
+MACHINE = find_machine("amb_rotor")
+OPTIONS = {"duration_s": 1.0, "rate_hz": 1000.0}
+
+
+def added(effect, speed_rpm, machine=MACHINE):
+    one, two = (m.simulate(speed_rpm=speed_rpm, **OPTIONS) for m in (machine, machine.with_effects(effect)))
+    return one.phase_rad, two.signals - one.signals, one.probes
+
+
+def test_pattern_does_not_change_with_speed():
+    effect = RunOut(run_out_m=1e-5, decay=0.5)
+    angles = np.linspace(1.0, 7.0, 50)
+    patterns = []
+    for speed_rpm in (300, 1500):
+        phase, signals, _ = added(effect, speed_rpm)
+        patterns.append(np.interp(angles, phase, signals[0]))
+    assert patterns[0] == pytest.approx(patterns[1], abs=3e-7)
+
+
+def test_harmonics_have_their_heights():
+    phase, signals, _ = added(RunOut(run_out_m=1e-5, decay=0.6), 1500)
+    for n in range(1, 9):
+        line = 2 * np.mean(signals[0] * np.exp(-1j * n * phase))
+        assert abs(line) == pytest.approx(1e-5 * 0.6 ** (n - 1), rel=1e-6)
+
+
+def test_second_probe_reads_the_pattern_a_quarter_turn_later():
+    turns = np.arange(4096) / 4096 * 8
+    silent = record(0 * turns, 0 * turns, quantity="displacement", directions="xy", rate_hz=4096,
+                    speed_rad_s=2 * np.pi * 8)  # fmt: skip
+    x, y = run(RunOut(), silent).signals
+    assert y == pytest.approx(np.roll(x, 128), abs=1e-15)
+    assert silent.phase_rad[512] == pytest.approx(2 * np.pi)
+
+
+def test_slow_shaft_has_its_own_order():
+    gearbox = find_machine("gearbox")
+    effect = RunOut(at="wheel x")
+    ratio = gearbox.bare_assembly().places["wheel"].shaft_ratio
+    assert effect.signature(gearbox)[0].order == pytest.approx(ratio)
+    silent = record(np.zeros(4096), quantity="displacement", ratio=0.5)
+    line = 2 * np.mean(run(RunOut(run_out_m=1e-4), silent).signals[0] * np.exp(-0.5j * silent.phase_rad))
+    # 12.5 turns of the shaft in the record: leakage of the neighbours at a distance of 12 bins.
+    assert abs(line) == pytest.approx(1e-4, rel=0.1)
