@@ -106,17 +106,19 @@ class LoadFluctuation(Effect):
         """Return the frequency itself and, with a gear mesh, its sidebands."""
         assembly = machine.bare_assembly()
         twist, side = _load_places(assembly, self.at)
-        law = {"speed_exponent": 0.0, "load_exponent": 1.0, "frequency_hz": self.frequency_hz}
         lines = []
         if twist is not None and self.torque_n_m > 0:
-            lines.append(Line(0.0, "torsion", **law))
+            lines.append(self._line("torsion"))
             for part in assembly.components.values():
                 if "mesh" in part.roles:
                     sides = (self.frequency_hz, -self.frequency_hz)
                     lines += [Line(part.mesh_order, "any", load_exponent=1.0, frequency_hz=f) for f in sides]
         if side is not None and self.radial_n > 0:
-            lines.append(Line(0.0, **law))
+            lines.append(self._line("lateral"))
         return tuple(lines)
+
+    def _line(self, direction: str) -> Line:
+        return Line(0.0, direction, speed_exponent=0.0, load_exponent=1.0, frequency_hz=self.frequency_hz)
 
 
 def _load_places(assembly: Assembly, name: str) -> tuple[Place | None, Place | None]:

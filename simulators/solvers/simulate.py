@@ -14,7 +14,7 @@ from ..assembly import Probe
 from ..effect import SpeedEffect
 from ..errors import InvalidValueError, RotorwiseError
 from ..machine import Machine
-from ..sensor_chain import check_seed, demand, record_of, run_chain, sensor_effects
+from ..sensor_run import check_seed, demand, record_of, run_chain, sensor_effects
 from ..speed_profile import SpeedProfile, as_profile, modulated
 from ..system import System
 from .blas import single_blas_thread

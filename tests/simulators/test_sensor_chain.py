@@ -5,8 +5,9 @@ import pytest
 from rotorwise.simulators.effects.clipping import Clipping
 from rotorwise.simulators.errors import InvalidValueError
 from rotorwise.simulators.machine import find_machine
-from rotorwise.simulators.sensor_chain import SensorChain, run_chain
+from rotorwise.simulators.sensor_chain import SensorChain
 from rotorwise.simulators.sensor_record import filtered, sampled
+from rotorwise.simulators.sensor_run import run_chain
 from rotorwise.simulators.speed_profile import ramp
 
 from .effects.sensor_records import RATE_HZ, amplitude, record, seconds
