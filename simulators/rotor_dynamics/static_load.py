@@ -38,8 +38,18 @@ def static_motion(assembly: Assembly, unfinished: Iterable[Any], rows: Sequence[
     for component in unfinished:
         component.finish(trial)
     system = build_system(trial)
-    states = _static_response(system.core, system.force_columns @ _mean_forces(system))
-    return np.array([system.row(row) @ states for row in rows])
+    push = system.force_columns @ _mean_forces(system)
+    if trial.state_blocks:
+        states = _least_response(system.core, push)
+        return np.array([system.row(row) @ states for row in rows])
+    # The stiffness alone is far better conditioned than the core, whose states are in m and in m/s.
+    count = len(system.coordinates)
+    place = {name: i for i, name in enumerate(system.coordinates)}
+    stiffness = np.zeros((count, count))
+    for (first, second), value in trial.stiffness.items():
+        stiffness[place[first], place[second]] += value
+    found = _least_response(-stiffness, system.mass_matrix @ push[count : 2 * count])
+    return np.array([system.row(row)[:count] @ found for row in rows])
 
 
 def _mean_forces(system: System) -> np.ndarray:
@@ -62,9 +72,16 @@ def _mean_forces(system: System) -> np.ndarray:
     return mean
 
 
-def _static_response(core: np.ndarray, push: np.ndarray) -> np.ndarray:
+def _least_response(matrix: np.ndarray, push: np.ndarray) -> np.ndarray:
+    """Return x with matrix x + push = 0, without the motions that nothing holds."""
     from scipy.linalg import matrix_balance
 
-    # Balanced first: states in m, m/s and V differ so much in size that the cut for "nothing holds" would hit others.
-    balanced, (scale, _) = matrix_balance(core, permute=False, separate=True)
-    return np.linalg.lstsq(-balanced, push / scale, rcond=1e-14)[0] * scale
+    # Balanced first: coordinates in m, rad and V differ so much in size that the cut for "nothing holds" would hit
+    # others.
+    balanced, (scale, _) = matrix_balance(matrix, permute=False, separate=True)
+    inverse = np.linalg.pinv(-balanced, rcond=1e-14)
+    wanted = push / scale
+    found = inverse @ wanted
+    for _ in range(2):
+        found = found + inverse @ (wanted + balanced @ found)
+    return found * scale

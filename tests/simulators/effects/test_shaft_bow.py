@@ -1,0 +1,102 @@
+"""Shaft bow: Jeffcott rotor with bow and unbalance in closed form, beam deflections, slow roll, its line."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rotorwise.simulators.effects.shaft_bow import ShaftBow
+from rotorwise.simulators.machine import find_machine
+from rotorwise.simulators.rotor_dynamics.bending_shaft import BendingShaft
+from rotorwise.simulators.rotor_dynamics.shaft_elements import assemble_rotor
+from rotorwise.simulators.rotor_dynamics.shaft_parts import ShaftElement
+from rotorwise.simulators.solvers.harmonic_balance import harmonic_balance
+
+from .jeffcott import CRITICAL, CRITICAL_RPM, MASS, STEEL, STIFFNESS, jeffcott, orbit
+
+
+def forward(machine, speed_rpm):
+    return orbit(harmonic_balance(machine, speed_rpm=speed_rpm, harmonics=2), 1.0)[0]
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    ratio=st.floats(0.05, 3.0),
+    bow=st.floats(1e-6, 1e-3),
+    angle=st.floats(-3.1, 3.1),
+    eccentricity=st.floats(0.0, 1e-4),
+)
+def test_nicholas_gunter_allaire(ratio, bow, angle, eccentricity):
+    zeta, speed = 0.03, ratio * CRITICAL
+    machine = jeffcott(eccentricity_m=eccentricity, damping_ratio=zeta).with_effects(
+        ShaftBow(bow_m=bow, angle_rad=angle, position=0.5)
+    )
+    force = STIFFNESS * bow * np.exp(1j * angle) + MASS * eccentricity * speed**2
+    expected = force / (STIFFNESS - MASS * speed**2 + 2j * zeta * MASS * CRITICAL * speed)
+    assert forward(machine, ratio * CRITICAL_RPM) == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_bow_opposite_to_the_unbalance_cancels_it_at_one_speed():
+    bow, eccentricity = 2e-5, 5e-5
+    machine = jeffcott(eccentricity_m=eccentricity).with_effects(ShaftBow(bow_m=bow, angle_rad=math.pi, position=0.5))
+    balanced = math.sqrt(bow / eccentricity)
+    assert abs(forward(machine, balanced * CRITICAL_RPM)) < 1e-12
+    # The phase turns by 180 degrees there although no resonance is passed.
+    below, above = (forward(machine, balanced * CRITICAL_RPM * f) for f in (0.95, 1.05))
+    assert below.real < 0 < above.real
+
+
+def test_slow_roll_vector_of_the_sprung_shaft():
+    machine = jeffcott(damping_ratio=0.05).with_effects(ShaftBow(bow_m=7e-5, angle_rad=0.8, position=0.5))
+    assert forward(machine, 1e-3) == pytest.approx(7e-5 * np.exp(0.8j), rel=1e-6)
+
+
+SPAN, DIAMETER = 0.4, 0.02
+
+
+def shaft(overhang=2):
+    elements = [ShaftElement(SPAN / 8, DIAMETER)] * (8 + 2 * overhang)
+    return BendingShaft(
+        "s", prefix="s", elements=elements, material=STEEL, bearing_nodes=(overhang, overhang + 8)
+    ), elements
+
+
+@pytest.mark.parametrize("position", [0.5, 0.25, 0.33])
+def test_stiffness_of_a_simply_supported_beam(position):
+    made, elements = shaft()
+    part = elements[0]
+    a, b = position * SPAN, (1 - position) * SPAN
+    shear = STEEL.shear_modulus_pa * part.area_m2 * part.shear_coefficient(STEEL.poisson_ratio)
+    bending = STEEL.youngs_modulus_pa * part.second_moment_m4
+    yields = a**2 * b**2 / (3 * bending * SPAN) + a * b / (shear * SPAN)
+    on_node = abs(position * 8 - round(position * 8)) < 1e-9
+    # Between nodes the element's own shape under the load is missing: h^3 / (192 E I) of a held element at most.
+    missing = 0 if on_node else (SPAN / 8) ** 3 / (192 * bending) + SPAN / 8 / (4 * shear)
+    found = 1 / made.deflection(position).stiffness_n_m
+    assert yields - missing - 1e-9 * yields <= found <= yields * (1 + 1e-9)
+
+
+def test_the_free_shaft_takes_the_bent_shape_without_loading_its_bearings():
+    made, elements = shaft()
+    place = made.deflection(0.3)
+    matrices = assemble_rotor(elements, material=STEEL)
+    names = [f"s_{n}.{c}" for n in range(len(elements) + 1) for c in ("x", "y", "angle_x", "angle_y")]
+    for row in (place.x, place.y):
+        force = np.array([row.get(name, 0.0) for name in names])
+        shape = np.linalg.lstsq(matrices.stiffness, place.stiffness_n_m * force, rcond=None)[0]
+        # Self-balanced: the free shaft can take it.
+        assert matrices.stiffness @ shape == pytest.approx(place.stiffness_n_m * force, abs=1e-6 * place.stiffness_n_m)
+        assert force @ shape == pytest.approx(1.0, rel=1e-8)
+
+
+def test_the_test_rig_feels_the_same_force_at_every_speed():
+    machine = find_machine("test_rig").with_parameters(residual_unbalance_kg_m=0.0)
+    for line in ShaftBow().signature(machine):
+        assert line.order == 1.0
+    forces = [
+        [f for f in machine.with_effects(ShaftBow()).assembly(speed_rpm=speed).forces if "bow" in f.name]
+        for speed in (600, 2400)
+    ]
+    assert forces[0] == forces[1]
+    assert len(forces[0]) == 1
