@@ -24,7 +24,7 @@ def _amplitude(number: int, median_m: float) -> Any:
         zero=0.0,
         prior=LogNormal(median_m, 2.0),
         meaning=f"amplitude of the error at {number} times the mesh order",
-        source="estimate: a form deviation of some micrometres, as of common ground gears, half of it as amplitude; less at "
+        source="estimate: half of a form deviation of some micrometres, as of common ground gears; less at "
         "higher harmonics",
     )
 
