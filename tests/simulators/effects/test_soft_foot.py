@@ -1,0 +1,60 @@
+"""Soft foot: static shift in closed form, softer support, what does not appear."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rotorwise.simulators.effects.soft_foot import SoftFoot
+from rotorwise.simulators.machine import find_machine
+from rotorwise.simulators.solvers.harmonic_balance import harmonic_balance
+
+from .jeffcott import CRITICAL_RPM, MASS, STIFFNESS, footed
+
+
+@settings(max_examples=20, deadline=None)
+@given(share=st.floats(0.1, 0.9), gap=st.floats(0.0, 1e-3), loss=st.floats(0.0, 0.9), ratio=st.floats(0.1, 0.6))
+def test_shift_and_1x(share, gap, loss, ratio):
+    eccentricity = 1e-5
+    machine = footed(eccentricity_m=eccentricity, foot_share=share).with_effects(SoftFoot(gap_m=gap, loss=loss))
+    motion = harmonic_balance(machine, speed_rpm=ratio * CRITICAL_RPM, harmonics=3)
+    foot = share * STIFFNESS * (1 - loss)
+    left = (1 - share) * STIFFNESS + foot
+    assert motion.amplitude("y", 0.0).real == pytest.approx(-gap * foot / left, rel=1e-9, abs=1e-15)
+    omega2 = ratio**2 * STIFFNESS / MASS
+    push = MASS * eccentricity * omega2
+    if abs(left - MASS * omega2) > 0.05 * left:
+        assert abs(motion.amplitude("y", 1.0)) == pytest.approx(push / abs(left - MASS * omega2), rel=1e-6)
+    # Only the vertical direction changes, and no multiple appears.
+    assert abs(motion.amplitude("x", 1.0)) == pytest.approx(push / (STIFFNESS - MASS * omega2), rel=1e-6)
+    assert np.abs(motion.amplitudes[:, 2:]).max() < 1e-12
+
+
+def test_gaps_add_and_losses_multiply_in_any_order():
+    effects = [SoftFoot(gap_m=1e-4, loss=0.3), SoftFoot(gap_m=2e-4, loss=0.5)]
+    one, two = (
+        harmonic_balance(footed(foot_share=0.5).with_effects(*order), speed_rpm=1000).amplitude("y", 0.0).real
+        for order in (effects, effects[::-1])
+    )
+    foot = 0.5 * 0.7 * 0.5
+    assert one == pytest.approx(two, rel=1e-12)
+    assert one == pytest.approx(-3e-4 * foot / (0.5 + foot), rel=1e-9)
+
+
+def test_a_shifted_rotor_makes_more_of_an_offset_flange():
+    # What turns with the flange feels the shift: 1X of the twist grows with the static offset of the axes.
+    machine = find_machine("rigid_coupling").preset("linearised").with_parameters(axis_offset_m=0.0)
+    sizes = [
+        abs(harmonic_balance(m, speed_rpm=900).amplitude("twist", 1.0))
+        for m in (machine, machine.with_effects(SoftFoot(at="support_2", gap_m=1e-4, loss=0.0)))
+    ]
+    assert sizes[1] > 1.05 * sizes[0] or sizes[1] < 0.95 * sizes[0]
+
+
+def test_every_support_of_the_rig_can_be_soft():
+    rig = find_machine("test_rig")
+    base = harmonic_balance(rig, speed_rpm=1800)
+    for name in ("housing_a pedestal", "housing_b pedestal"):
+        motion = harmonic_balance(rig.with_effects(SoftFoot(at=name)), speed_rpm=1800)
+        changed = np.abs(motion.amplitudes - base.amplitudes)[:, 1]
+        # Far below the housing's resonance a softer pedestal changes 1X by little: that is what there is.
+        assert 0 < changed.max() < 0.1 * np.abs(base.amplitudes[:, 1]).max()
