@@ -13,6 +13,7 @@ import typer
 
 from . import cli_options as options
 from .papers import papers
+from .simulate_command import simulate
 
 _FILES_IN_FULL = 3  # more files than this are shown as one table
 _USAGE, _OUTPUT, _INTERRUPTED = 2, 4, 130
@@ -109,6 +110,7 @@ def demo(output: options.Output = Path("rotorwise-demo"), force: options.DemoFor
 
 
 app.command()(papers)
+app.command()(simulate)
 
 
 def main() -> None:

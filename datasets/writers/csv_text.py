@@ -1,0 +1,34 @@
+"""CSV: lines ``# key: value``, a header ``name (unit)``, one row a sample."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from ..recording import Recording
+
+NAME = "csv"
+SUFFIXES = (".csv",)
+
+
+def write(recording: Recording, path: Path, *, notes: Mapping[str, str]) -> None:
+    """Write rate, speed and label as comments, then the samples with digits enough for the same numbers."""
+    head = [f"# rate_hz: {recording.rate_hz!r}"]
+    if recording.condition.speed_rpm is not None:
+        head.append(f"# speed_rpm: {recording.condition.speed_rpm!r}")
+    if recording.label:
+        head.append(f"# label: {' '.join(recording.label.split())}")
+    head += [f"# {key}: {' '.join(text.split())}" for key, text in notes.items()]
+    titles = [f"{_plain(one.name)} ({one.unit})" if one.unit else _plain(one.name) for one in recording.channels]
+    digits = "%.9g" if recording.signals.dtype == np.float32 else "%.17g"
+    with path.open("w", encoding="utf-8", newline="\n") as handle:
+        handle.write("\n".join([*head, ",".join(titles)]) + "\n")
+        np.savetxt(handle, recording.signals.T, fmt=digits, delimiter=",")
+
+
+def _plain(name: str) -> str:
+    # Separators and brackets in a name would be read back as further columns or as a unit.
+    return re.sub(r"[,;|\t\r\n\"()\[\]#%]+", " ", name).strip() or "channel"
