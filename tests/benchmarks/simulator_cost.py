@@ -244,7 +244,7 @@ def draw(panels, path):
             axis = "" if number == 0 else str(number + 1)
             where = {"x": 0.04, "y": height, "xref": f"x{axis} domain", "yref": f"y{axis} domain", "xanchor": "left"}
             figure.add_annotation(text=name, showarrow=False, font={"size": 12, "color": colour}, **where)
-        kind = {"type": "log", "dtick": 1} if logarithmic else {"rangemode": "tozero"}
+        kind = {"type": "log", "dtick": "D2"} if logarithmic else {"rangemode": "tozero"}
         figure.update_xaxes(title_text=x_title, row=row, col=column, **kind)
         figure.update_yaxes(title_text=y_title, row=row, col=column, **kind)
     figure.update_layout(width=1180, height=820, template="simple_white", margin={"t": 50, "b": 50, "l": 70, "r": 30})
