@@ -193,8 +193,8 @@ class SpurGear:
     def crack_compliance_m_n(self, roll_angle_rad: np.ndarray, *, depth: float, crack_angle_rad: float) -> np.ndarray:
         """Return what a crack at the tooth's root adds to its compliance, in m/N.
 
-        The crack starts where flank and root meet, is q = depth times the root's thickness 2 h_r deep and inclined by v
-        to the tooth's centre line. Sections of half width h above h_c = h_r - q sin v lose what lies beyond h_c on
+        The crack starts at the root, is q = depth times the thickness 2 h_r of the widest section deep, and inclined by
+        v to the tooth's centre line. Sections of half width h above h_c = h_r - q sin v lose what lies beyond h_c on
         the cracked side: thickness h + h_c instead of 2 h, in bending (I = t^3 W / 12) and shear (A = t W). Axial
         compression, gear body and contact stay: an open crack closes under pressure. Source: S. Wu, M. J. Zuo,
         A. Parey, "Simulation of spur gear dynamics and estimation of fault growth", J. Sound Vib. 317 (2008) 608-624.
@@ -214,7 +214,7 @@ class SpurGear:
                 "above 0 to pi/2. A deeper crack is a tooth about to break."
             )
         start = self.start_roll_angle_rad
-        root = self.tooth_half_width_m(start)
+        root = self.tooth_half_width_m(self._widest_roll_rad)
         left = root * (1 - 2 * depth * math.sin(crack_angle_rad))
         contact = np.asarray(roll_angle_rad, dtype=float)[..., np.newaxis]
         half = (np.minimum(contact, self._roll_at_half_width(left)) - start) / 2
@@ -225,16 +225,22 @@ class SpurGear:
         low, base = self._straight_part_m()
         if low < base:
             heights = low + (base - low) / 2 * (_NODES + 1)
-            density = self._crack_density(contact, heights, np.full_like(heights, root), left)
+            width = np.full_like(heights, self.tooth_half_width_m(0.0))
+            density = self._crack_density(contact, heights, width, left)
             added = added + (base - low) / 2 * (_WEIGHTS * density).sum(axis=-1)
         return added
 
+    @property
+    def _widest_roll_rad(self) -> float:
+        """Roll angle at which the flank is widest: the involute swells by a trace above the base circle."""
+        return max(self.start_roll_angle_rad, self.base_half_angle_rad)
+
     def _roll_at_half_width(self, half_width_m: float) -> float:
         """Return the roll angle at which the flank has this half width, at most that of the tip."""
-        low, high = self.start_roll_angle_rad, self.tip_roll_angle_rad
+        low, high = self._widest_roll_rad, self.tip_roll_angle_rad
         if self.tooth_half_width_m(high) >= half_width_m:
             return high
-        # The half width falls from root to tip; 60 halvings leave round-off.
+        # From the widest section to the tip the half width falls; 60 halvings leave round-off.
         for _ in range(60):
             middle = (low + high) / 2
             low, high = (middle, high) if self.tooth_half_width_m(middle) > half_width_m else (low, middle)
