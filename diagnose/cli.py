@@ -12,6 +12,7 @@ from pathlib import Path
 import typer
 
 from . import cli_options as options
+from .effects_command import effects
 from .papers import papers
 from .simulate_command import simulate
 
@@ -110,6 +111,7 @@ def demo(output: options.Output = Path("rotorwise-demo"), force: options.DemoFor
 
 
 app.command()(papers)
+app.command()(effects)
 app.command()(simulate)
 
 
