@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from ..effect import Effect, Line
 from ..parameter import LogNormal, Uniform, parameter
-from ..rotor_dynamics.film_sleeve import add_film_sleeve
 
 if TYPE_CHECKING:
     from ..assembly import Assembly
@@ -27,7 +26,9 @@ class OilWhirl(Effect):
 
     When lambda W comes to a natural frequency of the shaft, the frequency stays there while the speed rises on: whip.
     It holds as long as the resonance can take up what the film delivers, the longer the heavier the sleeve and the
-    weaker the damping.
+    weaker the damping (computed: with a tenth of the shaft's mass and a damping ratio of 0.5 % up to lambda W = 1.6
+    natural frequencies, with a quarter and 2 % up to 3). Beyond, the line tracks the speed again, which whip in a
+    loaded bearing does not.
 
     Left out: the film's own load dependence (a loaded journal is stable, so the sleeve has no weight), cavitation, oil
     temperature, and hysteresis of onset and end other than by the shaft's resonance.
@@ -88,6 +89,8 @@ class OilWhirl(Effect):
 
     def contribute(self, assembly: Assembly) -> None:
         """Put the sleeve on the shaft; without a film there is none."""
+        from ..rotor_dynamics.film_sleeve import add_film_sleeve
+
         place = assembly.place(self.ROLE, self.at)
         if not self.damping_n_s_m:
             return

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from ..effect import Effect, Line
 from ..parameter import LogNormal, Uniform, parameter
-from ..rotor_dynamics.rub_contact import rub_contact
 from ..rotor_dynamics.support import mesh_lines
 
 if TYPE_CHECKING:
@@ -98,6 +97,8 @@ class Rub(Effect):
 
     def contribute(self, assembly: Assembly) -> None:
         """Put the ring round the shaft."""
+        from ..rotor_dynamics.rub_contact import rub_contact
+
         place = assembly.place(self.ROLE, self.at)
         # -clearance is the centred ring; no gap can be wider than all round.
         apart = max(self.clearance_m + self.interference_m, 0.0)

@@ -8,8 +8,9 @@ speed W. With s = w - z,
 A shaft that does not move: the sleeve is stable while lambda W < sqrt(K_0 / m). Above, it circles at exactly lambda W
 with the radius a ((W / W_0)^2 - 1)^(1/4), W_0 = sqrt(K_0 / m) / lambda, and shakes the shaft with m (lambda W)^2 |w|.
 
-A shaft that can resonate holds the frequency at its own when lambda W comes there, over the range of speeds in which
-its resonance takes up the power that the film delivers (whip).
+A shaft that can resonate (mass M, damping C, own frequency w_r with the sleeve on it) holds the frequency at its own
+when lambda W comes there: whip. With H = m w^2 / (K - M w^2 + i C w) the frequency w obeys D (w - lambda W) =
+Im[m w^2 / (1 - H)], so that it can stay near w_r as long as lambda W - w < about m^2 w^3 / (C D).
 
 The film's model (average circumferential speed lambda, direct stiffness that grows with the orbit) is that of
 A. Muszynska, "Whirl and whip - rotor/bearing stability problems", J. Sound Vib. 110 (1986) 443-462.
