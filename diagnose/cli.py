@@ -15,6 +15,7 @@ from . import cli_options as options
 from .effects_command import effects
 from .papers import papers
 from .simulate_command import simulate
+from .thresholds_command import thresholds
 
 _FILES_IN_FULL = 3  # more files than this are shown as one table
 _USAGE, _OUTPUT, _INTERRUPTED = 2, 4, 130
@@ -113,6 +114,7 @@ def demo(output: options.Output = Path("rotorwise-demo"), force: options.DemoFor
 app.command()(papers)
 app.command()(effects)
 app.command()(simulate)
+app.command()(thresholds)
 
 
 def main() -> None:

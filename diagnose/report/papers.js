@@ -75,26 +75,27 @@ function drawCurves(state) {
 
 // A map's colours change at the limits only: one colour a zone, no shades.
 function zoneScale(limits) {
-  const step = limits[1] - limits[0], low = limits[0] - step;
-  const scale = ZONE_COLOURS.flatMap((tint, zone) => [[zone / 4, tint], [(zone + 1) / 4, tint]]);
-  return { colorscale: scale, zmin: low, zmax: low + 4 * step };
+  const step = limits[1] - limits[0], low = limits[0] - step, high = limits[limits.length - 1] + step;
+  const edges = [low, ...limits, high].map((value) => (value - low) / (high - low));
+  const scale = ZONE_COLOURS.flatMap((tint, zone) => [[edges[zone], tint], [edges[zone + 1], tint]]);
+  return { colorscale: scale, zmin: low, zmax: high };
 }
 
 function zonePanel(panel, index, look) {
   const axes = { x: panel.x, y: panel.y, z: panel.z, xaxis: "x" + (index || ""), yaxis: "y" + (index || "") };
-  const limits = panel.limits, step = limits[1] - limits[0];
-  const line = (start, end, size, width) => Object.assign({
+  const line = (level, width) => Object.assign({
     type: "contour", showscale: false, showlegend: false, hoverinfo: "skip", colorscale: [[0, "#10181f"], [1, "#10181f"]],
-    contours: { coloring: "none", start: start, end: end, size: size, showlabels: width < 2, labelfont: { size: 10, color: "#10181f" } },
+    contours: { coloring: "none", start: level, end: level, size: 1, showlabels: width < 2, labelfont: { size: 10, color: "#10181f" } },
     line: { color: "#10181f", width: width },
   }, axes);
-  const map = Object.assign({ type: "heatmap", showscale: false, hovertemplate: `${look} %{x:.3g} mm, %{y:.3g}°: %{z:.4g} um<extra>${plotText(panel.name)}</extra>` }, zoneScale(limits), axes);
-  return [map, line(limits[0], limits[limits.length - 1], step, 0.8), line(panel.contact, panel.contact, 1, 3)];
+  const map = Object.assign({ type: "heatmap", showscale: false, hovertemplate: `${look} %{x:.3g} mm, %{y:.3g}°: %{z:.4g} ${plotText(panel.unit || "um")}<extra>${plotText(panel.name)}</extra>` }, zoneScale(panel.limits), axes);
+  const contact = panel.contact ? [line(panel.contact, 3)] : [];
+  return [map, ...panel.limits.map((limit) => line(limit, 0.8)), ...contact];
 }
 
 function drawZones(state) {
   const plan = state.plan, panels = plan.variants[0];
-  const columns = state.canvas.clientWidth < 620 ? 2 : panels.length, rows = Math.ceil(panels.length / columns);
+  const columns = state.canvas.clientWidth < 620 ? Math.min(panels.length, 2) : Math.min(panels.length, 4), rows = Math.ceil(panels.length / columns);
   const side = (state.canvas.clientWidth - 62) / columns, gap = 0.06, space = 0.16;
   const made = layout(state.canvas, {});
   made.margin = { l: 48, r: 14, t: 22, b: 48 };

@@ -12,11 +12,8 @@ from .encode import encode_curve, numbers
 from .text import escape
 
 MOST_POINTS = 4000
-_ZONE_KEY = (
-    '<p class="zone-key">'
-    + "".join(f'<span class="zone zone-{zone}">zone {zone}</span> ' for zone in "ABCD")
-    + '<span class="contact">contact</span></p>'
-)
+_ZONE_KEY = '<p class="zone-key">' + "".join(f'<span class="zone zone-{zone}">zone {zone}</span> ' for zone in "ABCD")
+_CONTACT_KEY = '<span class="contact">contact</span>'
 
 
 @dataclass(frozen=True)
@@ -76,8 +73,14 @@ class Figure:
         return (
             f'<figure class="plot" data-figure="{uid}"><div class="head"><h3>{escape(self.title)}</h3></div>{chooser}'
             f'<div class="canvas" role="img" aria-label="{escape(self.title)}"></div>'
-            f"{_ZONE_KEY if self.kind == 'zones' else ''}<figcaption>{escape(self.note)}</figcaption></figure>"
+            f"{self._zone_key()}<figcaption>{escape(self.note)}</figcaption></figure>"
         )
+
+    def _zone_key(self) -> str:
+        if self.kind != "zones":
+            return ""
+        touches = any(panel["contact"] is not None for panels in self.variants.values() for panel in panels)
+        return f"{_ZONE_KEY}{_CONTACT_KEY if touches else ''}</p>"
 
 
 def curve(name: str, x: np.ndarray, y: np.ndarray) -> dict[str, Any]:

@@ -58,7 +58,7 @@ def render_page(claims: Sequence[Claim]) -> str:
         blocks.append(_paper(paper, list(own), "".join(figure.html(uid) for uid, figure in drawn.items())))
         content = to_json({uid: figure.payload() for uid, figure in drawn.items()})
         scripts.append(f'<script type="application/json" class="figures">{content}</script>')
-    return _page(f"<main>{_head(claims)}{''.join(blocks)}</main>", scripts)
+    return figure_page(f"<main>{_head(claims)}{''.join(blocks)}</main>", scripts, title="Claims of the papers")
 
 
 def _head(claims: Sequence[Claim]) -> str:
@@ -118,7 +118,8 @@ def _script() -> str:
     return safe_script("\n".join(parts))
 
 
-def _page(body: str, data: Sequence[str]) -> str:
+def figure_page(body: str, data: Sequence[str], *, title: str) -> str:
+    """Return a whole page around a body with figures and the script elements that hold their data."""
     style = style_sheet() + _OWN_FILES.joinpath("papers.css").read_text(encoding="utf-8")
     digests = (hashlib.sha256(script.encode("utf-8")).digest() for script in (plotly_script(), _script()))
     hashes = " ".join(f"'sha256-{base64.b64encode(digest).decode('ascii')}'" for digest in digests)
@@ -133,7 +134,7 @@ def _page(body: str, data: Sequence[str]) -> str:
             f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
             '<meta name="color-scheme" content="light dark">',
-            f"<title>Claims of the papers</title>\n<style>\n{style}</style>\n</head>\n<body>",
+            f"<title>{escape(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>",
             body,
             "<noscript><p>The plots need JavaScript; the words do not.</p></noscript>",
             *data,
