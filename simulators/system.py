@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -65,7 +66,7 @@ class System:
         row = np.zeros(self.states)
         offset = len(self.coordinates) if velocity else 0
         for name, value in direction.items():
-            row[offset + _index(self.coordinates, name)] += value
+            row[offset + _index(_positions(self.coordinates), name)] += value
         return row
 
 
@@ -98,7 +99,7 @@ def build_system(assembly: Assembly, *, steady: bool = True) -> System:
         False when the speed will change: the gyroscopic change and the inertia of accelerating parts then become
         interface forces.
     """
-    names = tuple(assembly.coordinates)
+    names = _positions(assembly.coordinates)
     n = len(names)
     mass = _matrix(assembly.mass, names)
     if n == 0 or np.linalg.matrix_rank(mass) < n:
@@ -131,14 +132,14 @@ def build_system(assembly: Assembly, *, steady: bool = True) -> System:
         forces=tuple(forces),
         inputs=tuple(inputs),
         outputs=tuple(outputs),
-        coordinates=names,
+        coordinates=tuple(names),
         mass_matrix=mass,
         speed_rad_s=assembly.speed_rad_s,
         notes=tuple(assembly.notes),
     )
 
 
-def _core(assembly: Assembly, names: tuple[str, ...], inverse: np.ndarray) -> np.ndarray:
+def _core(assembly: Assembly, names: dict[str, int], inverse: np.ndarray) -> np.ndarray:
     n = len(names)
     stiffness = _matrix(assembly.stiffness, names)
     damping = _matrix(assembly.damping, names) + assembly.speed_rad_s * _matrix(assembly.gyroscopic, names)
@@ -160,7 +161,7 @@ def _core(assembly: Assembly, names: tuple[str, ...], inverse: np.ndarray) -> np
 
 
 def _probe_matrices(
-    assembly: Assembly, names: tuple[str, ...], core: np.ndarray, force_columns: np.ndarray
+    assembly: Assembly, names: dict[str, int], core: np.ndarray, force_columns: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     n, size = len(names), core.shape[0]
     rows = np.zeros((len(assembly.probes), size))
@@ -193,42 +194,46 @@ GYROSCOPIC_CHANGE = Law("gyroscopic change with speed", _gyroscopic_signals)
 INERTIA_TORQUE = Law("inertia torque of a changing speed", _inertia_signals)
 
 
-def _speed_change_forces(assembly: Assembly, names: tuple[str, ...], mass: np.ndarray) -> list[InterfaceForce]:
+def _speed_change_forces(assembly: Assembly, names: dict[str, int], mass: np.ndarray) -> list[InterfaceForce]:
     forces = []
+    listed = list(names)
     gyroscopic = _matrix(assembly.gyroscopic, names)
     # One force a row: a single force of n rows would have n x n coefficients, nearly all of them zero.
     for i in np.flatnonzero(gyroscopic.any(axis=1)):
-        read = {names[j]: float(gyroscopic[i, j]) for j in np.flatnonzero(gyroscopic[i])}
-        name = f"gyroscopic change at {names[i]}"
-        forces.append(InterfaceForce(name, GYROSCOPIC_CHANGE, (assembly.speed_rad_s,), ({names[i]: 1.0},), (), (read,)))
+        read = {listed[j]: float(gyroscopic[i, j]) for j in np.flatnonzero(gyroscopic[i])}
+        name = f"gyroscopic change at {listed[i]}"
+        forces.append(
+            InterfaceForce(name, GYROSCOPIC_CHANGE, (assembly.speed_rad_s,), ({listed[i]: 1.0},), (), (read,))
+        )
     if assembly.torsional:
         torque = mass @ _vector(assembly.torsional, names)
-        acts = ({names[i]: float(torque[i]) for i in np.flatnonzero(torque)},)
+        acts = ({listed[i]: float(torque[i]) for i in np.flatnonzero(torque)},)
         forces.append(InterfaceForce("inertia torque", INERTIA_TORQUE, (1.0,), acts))
     return forces
 
 
-def _matrix(entries: dict[tuple[str, str], float], names: tuple[str, ...]) -> np.ndarray:
+def _matrix(entries: dict[tuple[str, str], float], names: dict[str, int]) -> np.ndarray:
     matrix = np.zeros((len(names), len(names)))
     for (first, second), value in entries.items():
         matrix[_index(names, first), _index(names, second)] += value
     return matrix
 
 
-def _vector(direction: Direction, names: tuple[str, ...]) -> np.ndarray:
+def _vector(direction: Direction, names: dict[str, int]) -> np.ndarray:
     vector = np.zeros(len(names))
     for name, value in direction.items():
         vector[_index(names, name)] += value
     return vector
 
 
-def _index(names: tuple[str, ...], name: str) -> int:
-    try:
-        return names.index(name)
-    except ValueError:
-        raise InvalidValueError(
-            f"{name!r} is no degree of freedom; allowed: {', '.join(names)}. Correct the name."
-        ) from None
+def _positions(names: Sequence[str]) -> dict[str, int]:
+    return {name: position for position, name in enumerate(names)}
+
+
+def _index(names: dict[str, int], name: str) -> int:
+    if name not in names:
+        raise InvalidValueError(f"{name!r} is no degree of freedom; allowed: {', '.join(names)}. Correct the name.")
+    return names[name]
 
 
 def _padded(vector: np.ndarray, start: int, size: int) -> np.ndarray:

@@ -16,8 +16,10 @@ from .kernel_parts import MATH, OPTIONS, add_product, clear, copy, evaluate_forc
 #: One-element tuples make numba call through a pointer instead of inlining.
 PARTS = ((add_product,), (evaluate_forces,), (apply_jump,))
 
+_LOOP = {**OPTIONS, "no_cfunc_wrapper": True}
 
-@numba.njit(fastmath=MATH, no_cfunc_wrapper=True, **OPTIONS)
+
+@numba.njit(fastmath=MATH, **_LOOP)
 def run_block(
     parts, laws, plan, inputs, outputs, parameters, step_s, tables, jump, signals, events, branches, y, record
 ):  # type: ignore[no-untyped-def]

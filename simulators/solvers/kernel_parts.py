@@ -6,15 +6,17 @@ place, which made the first run of a new installation take half a minute.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numba
 
 from ..law import force_signature
 
 #: Sums may use fused multiply-add: the result does not depend on the number of lanes.
 MATH = {"contract"}
-OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True}
+OPTIONS: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True}
 #: Functions that only compiled code calls need no way in from Python; each costs compile time.
-INNER = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+INNER: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 _MATRIX = numba.float64[:, ::1]
 _INDEX = numba.int64[::1]
@@ -77,7 +79,7 @@ def clear(target):  # type: ignore[no-untyped-def]
 def evaluate_forces(laws, plan, inputs, outputs, signals, parameters, x, u):  # type: ignore[no-untyped-def]
     """Evaluate all interface forces: u = u(signals, C y)."""
     lanes = u.shape[1]
-    clear(u)
+    copy(signals[: u.shape[0]], u)
     for k in range(plan.shape[0]):
         if plan[k, 0] >= 0:
             laws[plan[k, 0]](
@@ -90,11 +92,8 @@ def evaluate_forces(laws, plan, inputs, outputs, signals, parameters, x, u):  # 
             )
             continue
         # Without slices: each costs as much as a few products, and a single lane has only those.
-        row = plan[k, 5] + plan[k, 4] - plan[k, 3]
+        row = plan[k, 5]
         for i in range(plan[k, 3], plan[k, 4]):
-            own = plan[k, 5] + i - plan[k, 3]
-            for lane in range(lanes):
-                u[outputs[i], lane] += signals[own, lane]
             for j in range(plan[k, 1], plan[k, 2]):
                 for lane in range(lanes):
                     u[outputs[i], lane] += signals[row, lane] * x[inputs[j], lane]

@@ -26,7 +26,8 @@ class ForcePlan:
         Those of the first lane; the others have the same laws and other parameters.
     laws : tuple of compiled functions
     rows : ndarray of int (forces, 9)
-        See `kernel.run_block`.
+        See `kernel.run_block`. A linear law's own signals are its coefficients; its forces that do not depend on the
+        motion are summed into the first rows of all signals.
     inputs, outputs : ndarray of int
     parameters : ndarray (parameters, lanes)
     profiles : tuple of SpeedProfile
@@ -46,6 +47,16 @@ class ForcePlan:
     profiles: tuple[SpeedProfile, ...]
     jumping: tuple[int, ...]
     distinct: tuple[tuple[np.ndarray, np.ndarray], ...]
+
+    @property
+    def columns(self) -> int:
+        """Number of force columns."""
+        return int(self.outputs.max()) + 1 if self.outputs.size else 0
+
+    @property
+    def signals(self) -> int:
+        """Number of signals."""
+        return int(self.rows[-1, 6]) if len(self.forces) else 0
 
     @property
     def lanes(self) -> int:
@@ -91,19 +102,17 @@ def force_plan(systems: list[System], profiles: list[SpeedProfile]) -> ForcePlan
     forces = systems[0].forces
     distinct: list[Any] = []
     rows = np.zeros((len(forces), 9), dtype=np.int64)
-    at = np.zeros(4, dtype=np.int64)
+    # The first signals are the forces that do not depend on the motion, one row for each force column.
+    at = np.array([0, 0, systems[0].force_columns.shape[1], 0], dtype=np.int64)
     for k, force in enumerate(forces):
-        kind = -1
-        if not force.law.is_linear:
+        kind, count = -1, _signal_count(force, profiles[0])
+        if force.law.is_linear:
+            count -= len(force.outputs)
+        else:
             if force.law.force not in distinct:
                 distinct.append(force.law.force)
             kind = distinct.index(force.law.force)
-        sizes = (
-            systems[0].inputs[k].size,
-            systems[0].outputs[k].size,
-            _signal_count(force, profiles[0]),
-            len(force.parameters),
-        )
+        sizes = (systems[0].inputs[k].size, systems[0].outputs[k].size, count, len(force.parameters))
         rows[k, 0] = kind
         rows[k, 1::2], rows[k, 2::2] = at, at + sizes
         at += sizes
@@ -217,11 +226,16 @@ quiet = _Quiet()
 
 
 def write_signals(plan: ForcePlan, k: int, signals: np.ndarray, stages: tuple[np.ndarray, ...]) -> None:
-    """Copy the signals of force ``k`` on its distinct lanes, one array a stage, into the block of all lanes."""
+    """Enter the signals of force ``k`` on its distinct lanes, one array a stage, into the block of all lanes."""
     place, lanes = slice(plan.rows[k, 5], plan.rows[k, 6]), plan.distinct[k][1]
     same = lanes.size == plan.distinct[k][0].size
+    acts = plan.outputs[plan.rows[k, 3] : plan.rows[k, 4]] if plan.forces[k].law.is_linear else ()
     for stage, own in enumerate(stages):
-        signals[:, stage, place] = own if same or own.shape[2] == 1 else own[:, :, lanes]
+        if not same and own.shape[2] > 1:
+            own = own[:, :, lanes]
+        for i, act in enumerate(acts):
+            signals[:, stage, act] += own[:, i]
+        signals[:, stage, place] = own[:, len(acts) :]
 
 
 def block_signals(
@@ -235,8 +249,8 @@ def block_signals(
     start_s, step_s : float
     steps : int
     """
-    total = int(plan.rows[-1, 6]) if len(plan.forces) else 0
-    signals = np.empty((steps, 3, total, plan.lanes))
+    signals = np.empty((steps, 3, plan.signals, plan.lanes))
+    signals[:, :, : plan.columns] = 0.0
     half_times = start_s + 0.5 * step_s * np.arange(2 * steps + 1)
     timeline = plan.timeline(half_times)
     for k in range(len(plan.forces)):

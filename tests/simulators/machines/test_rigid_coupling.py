@@ -233,8 +233,8 @@ def test_claims_are_computed_and_figure_8_stays_not_reproduced():
     assert len(found) >= 12
     assert all(claim.verdict in VERDICTS and claim.paper == "002" for claim in found.values())
     verdicts = {claim.place: claim.verdict for claim in found.values()}
-    assert verdicts["Figure 4"] == "reproduced"
-    assert verdicts["Figure 8"] == "not reproduced"
+    assert verdicts["Fig 4"] == "reproduced"
+    assert verdicts["Fig 8"] == "not reproduced"
     assert verdicts["Eq (18)"] == "not reproduced"
 
 

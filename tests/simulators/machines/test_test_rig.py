@@ -330,7 +330,7 @@ def test_places_and_components_that_effects_need():
     assembly = RIG.bare_assembly()
     assert assembly.place("rotor").name == "disc"
     roles = {role for place in assembly.places.values() for role in place.roles}
-    assert roles == {"rotor", "disc", "coupling", "bearing", "housing", "motor", "load"}
+    assert roles >= {"rotor", "disc", "coupling", "bearing", "housing", "motor", "load"}
     for role, names in (("bearing", ("bearing_a", "bearing_b")), ("support", ("housing_a pedestal",))):
         for name in names:
             assert assembly.component(role, name).name == name

@@ -202,3 +202,17 @@ def test_a_hard_contact_shortens_the_step_and_says_so():
 def test_an_impossible_contact_is_refused():
     with pytest.raises(InvalidValueError, match="contact"):
         stop(stiffness=1e18).simulate(speed_rpm=100.0, duration_s=1.0, rate_hz=100.0)
+
+
+def test_forces_that_read_no_motion_take_the_short_way_to_the_same_answer():
+    machine = rotor(damping=2e-3).with_effects(Unbalance(moment_kg_m=1e-4), Unbalance(moment_kg_m=3e-5, angle_rad=2.0))
+    profile = ramp(start_rpm=600.0, stop_rpm=620.0, duration_s=1.0)
+    options = {"step_s": 5e-4}
+    short = stepper(machine, 900.0, **options)
+    assert short._open_loop is not None
+    long = stepper(machine, 900.0, **options)
+    long._open_loop = None
+    one, two = short.advance(3000), long.advance(3000)
+    assert np.abs(one - two).max(axis=(0, 2)) == pytest.approx(0, abs=1e-12 * np.abs(two).max())
+    # A changing speed makes the gyroscopic moment read the motion.
+    assert stepper(machine, profile, **options)._open_loop is None
