@@ -17,7 +17,7 @@ demo: $(VENV)/stamp-run
 	$(BIN)/rotorwise demo --output demo --force
 
 test: $(VENV)/stamp-test
-	$(BIN)/pytest $(PYTEST_ARGS)
+	$(BIN)/pytest -n auto --dist worksteal $(PYTEST_ARGS)
 
 lint: $(VENV)/stamp-lint
 	$(BIN)/ruff check .
@@ -29,7 +29,7 @@ test-oldest: $(VENV)/stamp-venv tests/oldest.txt pyproject.toml
 	rm -rf .venv-oldest
 	$(BIN)/python -m venv .venv-oldest
 	.venv-oldest/bin/python -m pip install --quiet --disable-pip-version-check -c tests/oldest.txt -e '.[test]'
-	.venv-oldest/bin/pytest -m "not browser" --ignore tests/benchmarks $(PYTEST_ARGS)
+	.venv-oldest/bin/pytest -n auto --dist worksteal -m "not browser" --ignore tests/benchmarks $(PYTEST_ARGS)
 
 clean:
 	rm -rf $(VENV) .venv-oldest demo build *.egg-info .pytest_cache .ruff_cache .hypothesis
