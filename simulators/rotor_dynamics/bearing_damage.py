@@ -13,8 +13,8 @@ inner race above, outer race below the sign. A spot on a ball does the same when
 The cage turns by (1 - slip) of its ideal angle plus a wander, a few sines with random orders below half a cage turn,
 so that their rate has the wanted standard deviation; balls and their spin follow the cage.
 
-Two kinds of contacts: K approach^1.5 (Hertz), and for a linear bearing of stiffness k unilateral springs 4 k / Z, whose
-sum is k for an even number of balls. The springs in the linear core are taken off again.
+Two kinds of contacts: K approach^1.5 (Hertz, the spring in the linear core taken off again), and for a linear bearing
+of stiffness k unilateral springs 4 k / Z, whose sum is k; there only what a relieved or shifted ball loses is a force.
 
 Left out: mass of the balls (no impact of the ball itself on the far edge), growth and roughness of the pit's floor,
 lubricant film, wandering of a ball's spin axis, skidding outside the load zone.
@@ -37,14 +37,15 @@ from ..law import Direction, InterfaceForce, Law, Timeline, compiled_force
 from .hertz import raceway_radii_m
 from .rolling_bearing import BearingGeometry
 
-# Parameters of the law: these, then cosine and sine of each ball, the pits, the spots, the sines of the wander.
-_STIFFNESS, _HERTZ, _CLEARANCE, _CORE, _CAGE, _BALLS, _PITS, _SPOTS, _SINES, _ROUNDING, _FIRST = range(11)
-_PIT, _SPOT, _SINE = 4, 6, 3
-#: A linear bearing's balls lose contact within this approach, as if preloaded by a light fit. Opposite balls together
-#: still give the same spring; a sharp corner would cost the solver its order.
+# Parameters of the laws: these, then cosine and sine of each ball, the pits, the spots, the even places of shifted
+# balls, the sines of the wander.
+_STIFFNESS, _CLEARANCE, _CORE, _ROUNDING, _CAGE, _BALLS, _PITS, _SPOTS, _SHIFTS, _SINES, _FIRST = range(11)
+_PIT, _SPOT, _SHIFT, _SINE = 4, 6, 3, 3
+#: A linear bearing's balls lose contact within this approach, as if preloaded by a light fit; a sharp corner would cost
+#: the solver its order.
 ROUNDING_M = 5e-8
 #: Sines of one wander, and the range of their orders over the cage's.
-_WANDER_SINES, _WANDER_ORDERS = 4, (1 / 40, 1 / 2)
+_WANDER_SINES, _WANDER_ORDERS = 3, (1 / 40, 1 / 2)
 
 
 def _damage_signals(timeline: Timeline, parameters: np.ndarray) -> np.ndarray:
@@ -54,7 +55,7 @@ def _damage_signals(timeline: Timeline, parameters: np.ndarray) -> np.ndarray:
     pit_rows = parameters[at : at + _PIT * pits].reshape(pits, _PIT, lanes)
     at += _PIT * pits
     spot_rows = parameters[at : at + _SPOT * spots].reshape(spots, _SPOT, lanes)
-    at += _SPOT * spots
+    at += _SPOT * spots + _SHIFT * int(parameters[_SHIFTS, 0])
     cage = parameters[_CAGE] * timeline.phase_rad
     for order, amplitude, phase in parameters[at : at + _SINE * sines].reshape(sines, _SINE, lanes):
         cage = cage + amplitude * np.sin(order * timeline.phase_rad + phase)
@@ -70,7 +71,7 @@ def _damage_signals(timeline: Timeline, parameters: np.ndarray) -> np.ndarray:
 
 
 @compiled_force
-def _damaged_force(signals, parameters, x, inputs, outputs, u):  # type: ignore[no-untyped-def]
+def _hertz_force(signals, parameters, x, inputs, outputs, u):  # type: ignore[no-untyped-def]
     across, upward = inputs[0], inputs[1]
     on_x, on_y = outputs[0], outputs[1]
     for lane in range(u.shape[1]):
@@ -78,7 +79,6 @@ def _damaged_force(signals, parameters, x, inputs, outputs, u):  # type: ignore[
         balls, pits, spots = int(parameters[_BALLS, lane]), int(parameters[_PITS, lane]), int(parameters[_SPOTS, lane])
         pit_start = _FIRST + 2 * balls
         spot_start = pit_start + _PIT * pits
-        is_hertz, rounding = parameters[_HERTZ, lane] > 0.0, parameters[_ROUNDING, lane]
         sum_x, sum_y = parameters[_CORE, lane] * right, parameters[_CORE, lane] * up
         for ball in range(balls):
             own = _FIRST + 2 * ball
@@ -86,7 +86,7 @@ def _damaged_force(signals, parameters, x, inputs, outputs, u):  # type: ignore[
             cos = signals[0, lane] * a - signals[1, lane] * b
             sin = signals[1, lane] * a + signals[0, lane] * b
             approach = right * cos + up * sin - parameters[_CLEARANCE, lane]
-            if approach <= 0.0 and is_hertz:
+            if approach <= 0.0:
                 continue
             for pit in range(pits):
                 along = cos * signals[2 + 2 * pit, lane] + sin * signals[3 + 2 * pit, lane]
@@ -96,17 +96,65 @@ def _damaged_force(signals, parameters, x, inputs, outputs, u):  # type: ignore[
             for spot in range(spots):
                 if int(parameters[spot_start + _SPOT * spot, lane]) == ball:
                     approach -= signals[2 + 2 * pits + spot, lane]
-            if is_hertz:
-                pressed = max(approach, 0.0) * math.sqrt(max(approach, 0.0))
-            else:
-                pressed = 0.5 * (approach + math.sqrt(approach * approach + rounding * rounding))
-            sum_x -= parameters[_STIFFNESS, lane] * pressed * cos
-            sum_y -= parameters[_STIFFNESS, lane] * pressed * sin
+            if approach > 0.0:
+                load = parameters[_STIFFNESS, lane] * approach * math.sqrt(approach)
+                sum_x -= load * cos
+                sum_y -= load * sin
         u[on_x, lane] += sum_x
         u[on_y, lane] += sum_y
 
 
-DAMAGED_BALLS = Law("contacts of a damaged ball bearing", _damage_signals, _damaged_force)
+@compiled_force
+def _relief_force(signals, parameters, x, inputs, outputs, u):  # type: ignore[no-untyped-def]
+    # Only balls in a pit, with a spot or out of place are looked at: the spring holds the others' share already.
+    across, upward = inputs[0], inputs[1]
+    on_x, on_y = outputs[0], outputs[1]
+    for lane in range(u.shape[1]):
+        right, up = x[across, lane], x[upward, lane]
+        balls, pits, spots = int(parameters[_BALLS, lane]), int(parameters[_PITS, lane]), int(parameters[_SPOTS, lane])
+        pit_start = _FIRST + 2 * balls
+        spot_start = pit_start + _PIT * pits
+        shift_start = spot_start + _SPOT * spots
+        half, square = 0.5 * parameters[_STIFFNESS, lane], parameters[_ROUNDING, lane] ** 2
+        for ball in range(balls):
+            own = _FIRST + 2 * ball
+            a, b = parameters[own, lane], parameters[own + 1, lane]
+            cos = signals[0, lane] * a - signals[1, lane] * b
+            sin = signals[1, lane] * a + signals[0, lane] * b
+            relief = 0.0
+            for pit in range(pits):
+                along = cos * signals[2 + 2 * pit, lane] + sin * signals[3 + 2 * pit, lane]
+                inside = 1.0 - (1.0 - along * along) * parameters[pit_start + _PIT * pit + 2, lane]
+                if along > 0.0 and inside > 0.0:
+                    relief += parameters[pit_start + _PIT * pit + 3, lane] * inside * inside
+            for spot in range(spots):
+                if int(parameters[spot_start + _SPOT * spot, lane]) == ball:
+                    relief += signals[2 + 2 * pits + spot, lane]
+            shifted = False
+            for shift in range(int(parameters[_SHIFTS, lane])):
+                shifted = shifted or int(parameters[shift_start + _SHIFT * shift, lane]) == ball
+            if relief <= 0.0 and not shifted:
+                continue
+            approach = right * cos + up * sin - relief
+            load = half * (approach + math.sqrt(approach * approach + square))
+            u[on_x, lane] -= load * cos
+            u[on_y, lane] -= load * sin
+            if shifted:
+                # Its even place comes after the index of the ball; the last of several shifts holds the same one.
+                for shift in range(int(parameters[_SHIFTS, lane])):
+                    at = shift_start + _SHIFT * shift
+                    if int(parameters[at, lane]) == ball:
+                        a, b = parameters[at + 1, lane], parameters[at + 2, lane]
+                cos = signals[0, lane] * a - signals[1, lane] * b
+                sin = signals[1, lane] * a + signals[0, lane] * b
+            approach = right * cos + up * sin
+            load = half * (approach + math.sqrt(approach * approach + square))
+            u[on_x, lane] += load * cos
+            u[on_y, lane] += load * sin
+
+
+DAMAGED_BALLS = Law("Hertz contacts of a damaged ball bearing", _damage_signals, _hertz_force)
+RELIEVED_BALLS = Law("load that damage takes off the balls of a linear bearing", _damage_signals, _relief_force)
 
 
 @dataclass
@@ -180,7 +228,9 @@ class BearingDamage:
         first_ball_rad: float,
         shaft_ratio: float,
     ) -> InterfaceForce:
-        """Return the contacts of the damaged bearing less the linear core's spring.
+        """Return what the linear core leaves out.
+
+        With ``hertz`` the contacts of the damaged bearing less the core's spring, else what damage takes off its balls.
 
         Parameters
         ----------
@@ -196,17 +246,19 @@ class BearingDamage:
         cage = self.cage_order(geometry, shaft_ratio)
         turns = np.arange(geometry.balls) / geometry.balls
         angles = first_ball_rad + 2 * math.pi * turns
-        for ball, distance in self._shifts:
+        balls = sorted({ball % geometry.balls for ball, _ in self._shifts})
+        even = [value for ball in balls for value in (float(ball), math.cos(angles[ball]), math.sin(angles[ball]))]
+        for ball, distance in sorted(self._shifts):
             angles[ball % geometry.balls] -= 2 * distance / geometry.pitch_diameter_m
         pairs = np.stack([np.cos(angles), np.sin(angles)], axis=1).ravel().tolist()
         spin = geometry.defect_orders().ball_spin / geometry.defect_orders().cage
         pits = [value for pit in sorted(self._pits) for value in _pit_row(geometry, shaft_ratio, *pit)]
         spots = [value for spot in sorted(self._spots) for value in _spot_row(geometry, spin, *spot)]
         sines = [value for own in sorted(self._wanders) for value in _wander_rows(cage, *own)]
-        head = [contact_stiffness, float(hertz), clearance_m, core_stiffness_n_m, cage, float(geometry.balls)]
-        counts = [len(self._pits), len(self._spots), len(sines) // _SINE]
-        parameters = (*head, *map(float, counts), 0.0 if hertz else ROUNDING_M, *pairs, *pits, *spots, *sines)
-        return InterfaceForce(name, DAMAGED_BALLS, parameters, along, along)
+        head = [contact_stiffness, clearance_m, core_stiffness_n_m, ROUNDING_M, cage, float(geometry.balls)]
+        counts = [len(self._pits), len(self._spots), len(balls), len(sines) // _SINE]
+        parameters = (*head, *map(float, counts), *pairs, *pits, *spots, *even, *sines)
+        return InterfaceForce(name, DAMAGED_BALLS if hertz else RELIEVED_BALLS, parameters, along, along)
 
 
 def relief_m(geometry: BearingGeometry, *, size_m: float, inner: bool) -> float:

@@ -37,6 +37,7 @@ from .tooth_damage import (
     pair_compliance,
     wear_harmonics_m,
 )
+from .tooth_signals import tooth_signals
 
 # Parameters of the law: these, then two polynomials of equal length; with damaged teeth the sound pair's compliance
 # and for each tooth (every, first, compliance, error), all polynomials of equal length; then (order, cosine, sine) of
@@ -66,56 +67,42 @@ def _mesh_signals(timeline: Timeline, parameters: np.ndarray, *, branch_rad: np.
     teeth, pair_powers = int(parameters[_TEETH, 0]), int(parameters[_PAIR_POWERS, 0])
     at = _SERIES + 2 * powers
     series = at + pair_powers + teeth * (2 + 2 * pair_powers)
-    error, rate = _error_signals(timeline, parameters[series:])
+    error, rate = _error_signals(timeline, parameters[series:], parameters[_ORDER])
     if teeth:
         phase = timeline.phase_rad * pitches + parameters[_START] - tooth
-        own = parameters[at:series]
-        latest = _tooth_signals(tooth, phase, np.ones(phase.shape, bool), own, pair_powers)
-        earlier = _tooth_signals(tooth - 1, phase + 1, is_first, own, pair_powers)
-        stiffness = stiffness + latest[0] + earlier[0]
-        error = error + latest[1] + earlier[1]
-        rate = rate + (latest[2] + earlier[2]) * pitches * timeline.speed_rad_s
+        change = tooth_signals(tooth, phase, is_first, parameters[at:series], pair_powers)
+        stiffness = stiffness + change[0]
+        error = error + change[1]
+        rate = rate + change[2] * pitches * timeline.speed_rad_s
     return np.stack([stiffness, error + parameters[_MEAN_ERROR], rate])
 
 
-def _tooth_signals(
-    number: np.ndarray, phase: np.ndarray, in_contact: np.ndarray, own: np.ndarray, powers: int
-) -> np.ndarray:
-    """Return change of stiffness, error and its derivative by the pair phase where pair ``number`` is damaged."""
-    result = np.zeros((3, *phase.shape))
-    softer = np.zeros(phase.shape)
-    for tooth in own[powers:].reshape(-1, 2 + 2 * powers, own.shape[1]):
-        where = np.nonzero(in_contact & (np.mod(number - tooth[1], tooth[0]) == 0))
-        if not where[0].size:
-            continue
-        position, lane = phase[where], where[1] if own.shape[1] > 1 else np.zeros(where[1].size, dtype=int)
-        softer[where] += _polynomial(tooth[2 : 2 + powers, lane], position)[0]
-        error, slope = _polynomial(tooth[2 + powers :, lane], position)
-        result[1][where] += error
-        result[2][where] += slope
-    where = np.nonzero(softer)
-    lane = where[1] if own.shape[1] > 1 else np.zeros(where[1].size, dtype=int)
-    sound = _polynomial(own[:powers, lane], phase[where])[0]
-    result[0][where] = 1 / (sound + softer[where]) - 1 / sound
-    return result
-
-
-def _polynomial(coefficients: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    value, slope = np.zeros(position.shape), np.zeros(position.shape)
-    for coefficient in coefficients[::-1]:
-        slope = slope * position + value
-        value = value * position + coefficient
-    return value, slope
-
-
-def _error_signals(timeline: Timeline, series: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _error_signals(timeline: Timeline, series: np.ndarray, mesh_order: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     error, rate = np.zeros(timeline.phase_rad.shape), np.zeros(timeline.phase_rad.shape)
+    powers: dict[int, np.ndarray] = {}
     for order, a, b in zip(series[::3], series[1::3], series[2::3], strict=True):
         if a.any() or b.any():
-            cos, sin = timeline.cos_sin(order)
+            cos, sin = _harmonic(timeline, order, mesh_order, powers)
             error = error + a * cos + b * sin
             rate = rate + order * timeline.speed_rad_s * (b * cos - a * sin)
     return error, rate
+
+
+def _harmonic(
+    timeline: Timeline, order: np.ndarray, mesh_order: np.ndarray, powers: dict[int, np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return cosine and sine of ``order`` times the shaft angle; multiples of the mesh by multiplying."""
+    ratio = order / mesh_order
+    number = round(float(ratio[0]))
+    if not 1 < number < 10 or np.any(ratio != number):
+        return timeline.cos_sin(order)
+    if not powers:
+        cos, sin = timeline.cos_sin(mesh_order)
+        powers[1] = cos + 1j * sin
+    for multiple in range(2, number + 1):
+        if multiple not in powers:
+            powers[multiple] = powers[multiple - 1] * powers[1]
+    return np.real(powers[number]), np.imag(powers[number])
 
 
 def _mesh_jumps(parameters: np.ndarray, start_rad: float, stop_rad: float) -> np.ndarray:

@@ -52,8 +52,8 @@ class LinearBearing:
     load_angle_rad : float
         Direction of the steady load from x: where a pit of the outer race is felt. The force does not depend on it.
     damage : BearingDamage
-        Empty for a sound bearing. With damage the radial springs act through balls that carry the load in turn, each a
-        unilateral spring of 4 k / Z; the ring's displacement under the load then decides what a ball can lose.
+        Empty for a sound bearing. A relieved ball loses at most its share of the spring's force, 4 k / Z times its
+        approach.
     """
 
     name: str
@@ -107,7 +107,7 @@ class LinearBearing:
                     contact_stiffness=4 * mean / self.geometry.balls,
                     hertz=False,
                     clearance_m=0.0,
-                    core_stiffness_n_m=mean,
+                    core_stiffness_n_m=0.0,
                     first_ball_rad=0.0,
                     shaft_ratio=self.shaft_ratio,
                 )

@@ -23,7 +23,7 @@ from .gear_mesh_stiffness import SpurPair
 
 # As far as the branches of the mesh stiffness: a solver may run past a jump within one step.
 _OVERLAP = 0.05
-_FIT_ERROR = 1e-6
+_FIT_ERROR = 1e-5
 _DEGREES = range(3, 16)
 _PITCH_SAMPLES = 2048
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(40)

@@ -42,16 +42,24 @@ def test_a_ball_over_the_middle_is_relieved_by_the_depth():
 
 
 @settings(max_examples=30, deadline=None)
-@given(balls=st.sampled_from([6, 8, 12]), angle=st.floats(0, 7), push=st.floats(1e-9, 1e-4), phase=st.floats(0, 50))
-def test_balls_of_a_linear_bearing_add_up_to_its_spring(balls, angle, push, phase):
-    """Without a pit nothing is left to the interface, for any even number of balls."""
-    import dataclasses
-
-    part = part_of("test_rig", OuterRaceDefect(size_m=0.0, slip=0.01, slip_wander=0.0))
-    part.geometry = dataclasses.replace(part.geometry, balls=balls)
-    force = force_over_turns(part, [phase], push_m=push, angle_rad=angle)
-    spring = -core_stiffness(part) * push * np.array([np.cos(angle), np.sin(angle)])
-    assert force[:, 0] == pytest.approx(spring, abs=1e-9 * core_stiffness(part) * push)
+@given(angle=st.floats(0, 7), push=st.floats(1e-6, 1e-4))
+def test_a_ball_of_a_linear_bearing_loses_its_share_of_the_spring(angle, push):
+    """4 k / Z times its approach: the shares of all balls under a push add up to k times it."""
+    part = part_of("test_rig", OuterRaceDefect(size_m=3e-3, slip=0.0, slip_wander=0.0))
+    balls, cage = part.geometry.balls, part.geometry.defect_orders().cage
+    # The pit is at the load; turn the cage until a ball is over its middle.
+    phase = (part.load_angle_rad % (2 * math.pi / balls)) / cage
+    lost = force_over_turns(part, [phase], push_m=push, angle_rad=angle)[:, 0] + core_stiffness(part) * push * np.array(
+        [np.cos(angle), np.sin(angle)]
+    )
+    approach = push * max(math.cos(angle - part.load_angle_rad), 0.0)
+    expected = 4 * core_stiffness(part) / balls * approach
+    size = lost @ [math.cos(part.load_angle_rad), math.sin(part.load_angle_rad)]
+    # The rounding of the contact, 0.05 um, adds at most half of itself.
+    assert size == pytest.approx(expected, abs=4 * core_stiffness(part) / balls * 2.6e-8)
+    spaced = 2 * np.pi * np.arange(balls) / balls
+    shares = np.maximum(np.cos(spaced - angle), 0.0)
+    assert 4 / balls * np.sum(shares * np.cos(spaced - angle)) == pytest.approx(1.0)
 
 
 @kinds
