@@ -34,7 +34,7 @@ def growth_text(line: Line) -> str:
     laws = []
     for name, exponent in (("speed", line.speed_exponent), ("load", line.load_exponent)):
         if exponent is not None:
-            laws.append(f"not with {name}" if exponent == 0 else f"{name}^{exponent:g}")
+            laws.append(f"not with {name}" if exponent == 0 else f"{name}^{exponent:.3g}")
     return ", ".join(laws)
 
 
