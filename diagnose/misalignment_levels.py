@@ -109,7 +109,10 @@ def misalignment_levels(
         For a machine that is not linear, or a missing clearance.
     """
     limits = [_limits(row, speed_rpm, clearance_m) for row in rows]
-    made = [_map(machine, speed_rpm, offsets_m, angles_rad, probes, row) for row in rows]
+    names = tuple(probe.name for probe in probes)
+    turning = any(row.detector != "zero-to-max" for row in rows)
+    parts = _amplitudes(machine, speed_rpm, names) if turning else np.empty(0)
+    made = [_map(machine, speed_rpm, offsets_m, angles_rad, probes, row, parts) for row in rows]
     levels = made[0].peaks
     for other, own in zip(made[1:], limits[1:], strict=True):
         levels = np.maximum(levels, _on_scale(other.peaks, own, limits[0]))
@@ -135,12 +138,12 @@ def _map(
     angles: np.ndarray,
     probes: Sequence[Probe],
     row: ZoneRow,
+    parts: np.ndarray,
 ) -> ThresholdMap:
     names = tuple(probe.name for probe in probes)
     if row.detector == "zero-to-max":
         whole = threshold_map(machine, speed_rpm, offsets, angles, harmonics=HARMONICS)
         return replace(whole, probes=names, peaks=whole.peaks[[whole.probes.index(name) for name in names]])
-    parts = _amplitudes(machine, speed_rpm, names)
     if row.detector == "rms":
         weights = np.array([_band_weights(probe, row, speed_rpm) for probe in probes])
         return ThresholdMap(names, offsets, angles, _rms(parts * weights, offsets, angles))

@@ -6,6 +6,7 @@ import json
 import math
 import sys
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -87,7 +88,8 @@ def thresholds(
             levels = answer.levels(_grid(answer, offset_max, angle_max))
             limits = answer.limits()
     except RotorwiseError as problem:
-        print(f"rotorwise: {problem}", file=sys.stderr)
+        # The zone tables speak of the option that `analyse` has.
+        print(f"rotorwise: {problem}".replace("--severity-table", "--zones"), file=sys.stderr)
         raise typer.Exit(_USAGE) from None
     _show(answer, limits, as_json=as_json)
     if output is not None:
@@ -146,6 +148,7 @@ class _Answer:
             clearance_m=self.clearance_m,
         )
 
+    @cached_property
     def axes(self) -> tuple[Levels, Levels]:
         """Return the levels along both axes, as far as the effect's bounds reach."""
         ends, zero = _bounds(), np.zeros(1)
@@ -154,7 +157,7 @@ class _Answer:
 
     def limits(self) -> list[PathLimit]:
         """Return what each path bears."""
-        along_offset, along_angle = self.axes()
+        along_offset, along_angle = self.axes
         bound = along_offset.limits[1]
         offsets, angles = along_offset.map.peaks[:, :, 0], along_angle.map.peaks[:, 0, :]
         found = []
@@ -209,7 +212,7 @@ def _grid(answer: _Answer, offset_max: float | None, angle_max: float | None) ->
     ends = _bounds()
     wanted = [offset_max, None if angle_max is None else math.radians(angle_max)]
     if None in wanted:
-        along = answer.axes()
+        along = answer.axes
         borne = [
             [
                 largest(row, values, levels.limits[2])[0] or 0.0

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from ..recording import Recording
+from ._names import safe_names
 
 NAME = "csv"
 SUFFIXES = (".csv",)
+
+#: Separators and brackets in a name would be read back as further columns or as a unit.
+_UNWANTED = r"[,;|\t\r\n\"()\[\]#%]"
 
 
 def write(recording: Recording, path: Path, *, notes: Mapping[str, str]) -> None:
@@ -22,13 +25,9 @@ def write(recording: Recording, path: Path, *, notes: Mapping[str, str]) -> None
     if recording.label:
         head.append(f"# label: {' '.join(recording.label.split())}")
     head += [f"# {key}: {' '.join(text.split())}" for key, text in notes.items()]
-    titles = [f"{_plain(one.name)} ({one.unit})" if one.unit else _plain(one.name) for one in recording.channels]
+    names = safe_names([one.name for one in recording.channels], unwanted=_UNWANTED)
+    titles = [f"{name} ({one.unit})" if one.unit else name for name, one in zip(names, recording.channels, strict=True)]
     digits = "%.9g" if recording.signals.dtype == np.float32 else "%.17g"
     with path.open("w", encoding="utf-8", newline="\n") as handle:
         handle.write("\n".join([*head, ",".join(titles)]) + "\n")
         np.savetxt(handle, recording.signals.T, fmt=digits, delimiter=",")
-
-
-def _plain(name: str) -> str:
-    # Separators and brackets in a name would be read back as further columns or as a unit.
-    return re.sub(r"[,;|\t\r\n\"()\[\]#%]+", " ", name).strip() or "channel"

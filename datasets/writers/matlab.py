@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ..errors import InvalidValueError
 from ..recording import Recording
+from ._names import safe_names
 
 NAME = "mat"
 SUFFIXES = (".mat",)
@@ -15,11 +16,8 @@ SUFFIXES = (".mat",)
 #: A version 5 file counts the bytes of a variable in 32 bits, signed.
 _VARIABLE_BYTES = 2**31 - 1
 _LONGEST_NAME = 31
-#: What the readers take for something else than a signal when it stands alone.
-_MEANS_SOMETHING = re.compile(
-    r"(?i)(fs|sr|dt|t|gs|load|label|class|condition|fault|provenance|rate|time|x\d+|data_?\d+|head_?\d+)"
-    r"|.*(rpm|time|rate|step|interval|sampl).*"
-)
+#: Names of variables that mean something to the readers beside those that mean something in any format.
+_MEANS_SOMETHING = re.compile(r"(?i)gs|load|provenance|rate|x\d+.*|data_?\d+|head_?\d+|speed_rpm|rate_hz")
 
 
 def write(recording: Recording, path: Path, *, notes: Mapping[str, str]) -> None:
@@ -58,7 +56,7 @@ def variable_names(names: list[str]) -> list[str]:
     ['bearing_1_x', 'channel_2', 'channel_3', 'channel_4']
     """
     made: list[str] = []
-    for number, name in enumerate(names, start=1):
+    for number, name in enumerate(safe_names(names), start=1):
         plain = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_")[:_LONGEST_NAME]
         fits = re.fullmatch(r"[A-Za-z]\w*", plain, flags=re.ASCII) and not _MEANS_SOMETHING.fullmatch(plain)
         made.append(plain if fits and plain not in made else f"channel_{number}")
