@@ -53,9 +53,9 @@ class Looseness(Effect):
         unit="",
         bounds=(0.0, 1.0),
         zero=0.0,
-        prior=Uniform(0.2, 1.0),
+        prior=Uniform(0.9, 1.0),
         meaning="share of the vertical stiffness that is missing in pull; 1 for a foot that nothing holds down",
-        source="from slack to no bolt, all equally likely",
+        source="estimate: once a joint has opened it hangs on its bolt, a tenth as stiff as its faces, or on nothing",
     )
     hold: float = parameter(
         unit="",
@@ -64,18 +64,18 @@ class Looseness(Effect):
         meaning="share of the static load to overcome before the joint opens: 0 just touches, 1 stands by its load",
         source="estimate: a foot that carries its share of the weight is not noticed, one that touches is",
     )
-    rounding_n: float = parameter(
-        unit="N",
-        bounds=(1.0, 1e3),
-        prior=LogNormal(3.0, 2.0),
-        meaning="force over which the rough surfaces of the joint bed down",
-        source="estimate: a machined joint is stiff from a few newtons on; it also keeps the force smooth",
+    rounding: float = parameter(
+        unit="",
+        bounds=(0.05, 1.0),
+        prior=LogNormal(0.2, 1.5),
+        meaning="share of the static load over which the rough faces of the joint bed down (at least 1 N)",
+        source="estimate: the stiffness of rough faces grows with their load; it also keeps the force smooth",
     )
 
     def contribute(self, assembly: Assembly) -> None:
         """Loosen the chosen support."""
         support = assembly.component(self.ROLE, self.at)
-        support.loosen(loss=self.loss, hold=self.hold, rounding_n=self.rounding_n)
+        support.loosen(loss=self.loss, hold=self.hold, rounding=self.rounding)
 
     def signature(self, machine: Machine) -> tuple[Line, ...]:
         """Return 1X, 2X, 3X in y, with gears the mesh line; half orders come with a resonance and are no promise."""

@@ -173,8 +173,7 @@ def _add_rotor(assembly: Assembly, number: int, values: Mapping[str, float]) -> 
     directions = {axis: {f"{name}.{axis}": 1.0} for axis in ("x", "y", "torsion")}
     lateral = {axis: directions[axis] for axis in "xy"}
     assembly.add_place(Place(name, frozenset({"rotor", "disc"}), directions))
-    assembly.add_place(Place(f"bearing_{number}", frozenset({"bearing"}), lateral))
-    assembly.add_place(Place(f"journal_{number}", frozenset({"journal"}), lateral))
+    assembly.add_place(Place(f"bearing_{number}", frozenset({"bearing", "journal"}), lateral))
     assembly.add_place(Place(f"seal_{number}", frozenset({"seal"}), lateral))
     stiffness, damping = values[f"support_{number}_n_m"], values[f"support_damping_{number}_n_s_m"]
     assembly.add_component(

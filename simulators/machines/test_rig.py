@@ -222,11 +222,9 @@ def _add_bearing(
     ]
     seat, cap = add_housing(assembly, f"housing_{name}", base=_on_base(base, values, position), stages=stages)
     journal = {**bending_at("shaft", node), **_AXIAL}
-    assembly.add_place(Place(f"bearing_{name}", frozenset({"rotor", "bearing"}), journal))
+    assembly.add_place(Place(f"bearing_{name}", frozenset({"rotor", "bearing", "journal"}), journal))
     assembly.add_place(Place(f"housing_{name}", frozenset({"housing"}), seat, 0.0))
     between = {direction: difference(journal[direction], seat[direction]) for direction in ("x", "y", "axial")}
-    film = {direction: between[direction] for direction in ("x", "y")}
-    assembly.add_place(Place(f"journal_{name}", frozenset({"journal"}), film))
     axial = locating * values["bearing_axial_stiffness_n_m"]
     _add_rings(assembly, values, switches, f"bearing_{name}", between, axial)
     for direction, row in cap.items():

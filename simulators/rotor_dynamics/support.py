@@ -12,6 +12,9 @@ from ..errors import InvalidValueError
 from ..law import Direction
 from .harmonic_force import harmonic_force
 
+#: A joint without static load still beds down over this force.
+LEAST_ROUNDING_N = 1.0
+
 
 @dataclass
 class Support:
@@ -41,7 +44,7 @@ class Support:
     _loose: list[tuple[float, float, float]] = field(default_factory=list)
     _drawn_down_m: list[float] = field(default_factory=list)
 
-    def loosen(self, *, loss: float, hold: float, rounding_n: float) -> None:
+    def loosen(self, *, loss: float, hold: float, rounding: float) -> None:
         """Take the part ``loss`` of the vertical stiffness away when the support is pulled from where it rests.
 
         Of several loosenings each takes its part of what the others leave.
@@ -53,15 +56,14 @@ class Support:
         hold : float
             Share of the machine's static load that must be overcome before the joint opens: 0 for a foot that just
             touches, 1 for one that stands by its load, more where bolts still help, negative for one with a gap.
-        rounding_n : float
-            The corner is rounded over this force to both sides, above 0.
+        rounding : float
+            The corner is rounded over this share of the static load (at least `LEAST_ROUNDING_N`) to both sides.
         """
-        if not (0.0 <= loss <= 1.0 and rounding_n > 0.0):
+        if not (0.0 <= loss <= 1.0 and rounding > 0.0):
             raise InvalidValueError(
-                f"Support {self.name}: loss {loss:g}, rounding {rounding_n:g} N; allowed: 0 to 1, above 0 N. "
-                "Correct them."
+                f"Support {self.name}: loss {loss:g}, rounding {rounding:g}; allowed: 0 to 1, above 0. Correct them."
             )
-        self._loose.append((loss, hold, rounding_n))
+        self._loose.append((loss, hold, rounding))
 
     def draw_down(self, *, gap_m: float) -> None:
         """Shorten the unloaded support by ``gap_m`` in y: a bolt that pulls it down onto a gap; gaps add."""
@@ -109,7 +111,7 @@ class Support:
                     self.along_y,
                     lost_n_m=share * stiffness,
                     lift_m=rest + hold * abs(rest),
-                    width_m=rounding / stiffness,
+                    width_m=max(rounding * abs(rest), LEAST_ROUNDING_N / stiffness),
                 )
             )
 

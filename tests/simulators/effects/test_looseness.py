@@ -20,8 +20,9 @@ from .jeffcott import CRITICAL, CRITICAL_RPM, MASS, STIFFNESS, footed, rpm
 GRAVITY = 9.81
 
 
-def loose(loss=0.8, hold=0.0, rounding=1.0):
-    return Looseness(loss=loss, hold=hold, rounding_n=rounding)
+def loose(loss=0.8, hold=0.0):
+    # 0.05 of the weight is 0.98 N, so that the least rounding of 1 N holds.
+    return Looseness(loss=loss, hold=hold, rounding=0.05)
 
 
 def test_rounded_ramp_is_twice_differentiable_and_exact_outside():
@@ -116,7 +117,7 @@ def test_opening_point_is_the_static_elongation_of_the_machine():
 def test_two_loose_joints_at_one_foot_leave_what_both_leave():
     one = Support("s", {"x": 1.0}, {"y": 1.0}, 1e6, 1e6)
     with pytest.raises(InvalidValueError, match="rounding"):
-        one.loosen(loss=0.5, hold=0.0, rounding_n=0.0)
+        one.loosen(loss=0.5, hold=0.0, rounding=0.0)
     machine = footed(gravity_m_s2=GRAVITY).with_effects(loose(0.5), loose(0.4))
     forces = [f for f in machine.assembly(speed_rpm=1000).forces if f.law is BILINEAR_SPRING]
     assert sum(f.parameters[0] for f in forces) == pytest.approx((1 - 0.5 * 0.6) * STIFFNESS)
