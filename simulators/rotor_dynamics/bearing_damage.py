@@ -15,6 +15,9 @@ so that their rate has the wanted standard deviation; balls and their spin follo
 
 Two kinds of contacts: K approach^1.5 (Hertz, the spring in the linear core taken off again), and for a linear bearing
 of stiffness k unilateral springs 4 k / Z, whose sum is k; there only what a relieved or shifted ball loses is a force.
+The load of such a bearing presses its balls by tenths of a micrometre, far less than h0, so that the law above would
+cut it off at the very edge. The patch of contact is some tenths of a millimetre long and crosses the edge gradually: a
+ball pressed by a loses the share (1 - q^2)^2 h0 / (h0 + a) of its load.
 
 Left out: mass of the balls (no impact of the ball itself on the far edge), growth and roughness of the pit's floor,
 lubricant film, wandering of a ball's spin axis, skidding outside the load zone.
@@ -49,7 +52,7 @@ _WANDER_SINES, _WANDER_ORDERS = 3, (1 / 40, 1 / 2)
 
 
 def _damage_signals(timeline: Timeline, parameters: np.ndarray) -> np.ndarray:
-    """Return cosine and sine of the cage and of each pit, then the relief at each spot."""
+    """Return cosine and sine of the cage and of each pit, then the relief at each spot, negative at the inner race."""
     pits, spots, sines = (int(parameters[row, 0]) for row in (_PITS, _SPOTS, _SINES))
     at, lanes = _FIRST + 2 * int(parameters[_BALLS, 0]), parameters.shape[1]
     pit_rows = parameters[at : at + _PIT * pits].reshape(pits, _PIT, lanes)
@@ -66,7 +69,7 @@ def _damage_signals(timeline: Timeline, parameters: np.ndarray) -> np.ndarray:
     for _, spin, angle, sharpness, outer, inner in spot_rows:
         turned = spin * cage + angle
         share = np.maximum(1.0 - np.sin(turned) ** 2 * sharpness, 0.0) ** 2
-        signals.append(share * np.where(np.cos(turned) > 0, outer, inner))
+        signals.append(share * np.where(np.cos(turned) > 0, outer, -inner))
     return np.stack([np.broadcast_to(signal, timeline.phase_rad.shape) for signal in signals])
 
 
@@ -95,7 +98,7 @@ def _hertz_force(signals, parameters, x, inputs, outputs, u):  # type: ignore[no
                     approach -= parameters[pit_start + _PIT * pit + 3, lane] * inside * inside
             for spot in range(spots):
                 if int(parameters[spot_start + _SPOT * spot, lane]) == ball:
-                    approach -= signals[2 + 2 * pits + spot, lane]
+                    approach -= abs(signals[2 + 2 * pits + spot, lane])
             if approach > 0.0:
                 load = parameters[_STIFFNESS, lane] * approach * math.sqrt(approach)
                 sum_x -= load * cos
@@ -121,22 +124,27 @@ def _relief_force(signals, parameters, x, inputs, outputs, u):  # type: ignore[n
             a, b = parameters[own, lane], parameters[own + 1, lane]
             cos = signals[0, lane] * a - signals[1, lane] * b
             sin = signals[1, lane] * a + signals[0, lane] * b
-            relief = 0.0
+            free = max(right * cos + up * sin, 0.0)
+            share = 0.0
             for pit in range(pits):
                 along = cos * signals[2 + 2 * pit, lane] + sin * signals[3 + 2 * pit, lane]
                 inside = 1.0 - (1.0 - along * along) * parameters[pit_start + _PIT * pit + 2, lane]
                 if along > 0.0 and inside > 0.0:
-                    relief += parameters[pit_start + _PIT * pit + 3, lane] * inside * inside
+                    deep = parameters[pit_start + _PIT * pit + 3, lane]
+                    share += inside * inside * deep / (deep + free)
             for spot in range(spots):
-                if int(parameters[spot_start + _SPOT * spot, lane]) == ball:
-                    relief += signals[2 + 2 * pits + spot, lane]
+                at = spot_start + _SPOT * spot
+                if int(parameters[at, lane]) == ball:
+                    relief = signals[2 + 2 * pits + spot, lane]
+                    deep = parameters[at + 4, lane] if relief > 0.0 else parameters[at + 5, lane]
+                    share += abs(relief) / (deep + free)
             shifted = False
             for shift in range(int(parameters[_SHIFTS, lane])):
                 shifted = shifted or int(parameters[shift_start + _SHIFT * shift, lane]) == ball
-            if relief <= 0.0 and not shifted:
+            if share <= 0.0 and not shifted:
                 continue
-            approach = right * cos + up * sin - relief
-            load = half * (approach + math.sqrt(approach * approach + square))
+            approach = right * cos + up * sin
+            load = half * (approach + math.sqrt(approach * approach + square)) * (1.0 - min(share, 1.0))
             u[on_x, lane] -= load * cos
             u[on_y, lane] -= load * sin
             if shifted:
