@@ -29,6 +29,8 @@ _DIRECTIONS = {"x": "horizontal", "y": "vertical", "axial": "axial"}
 TACHO = "tacho"
 #: More samples than this in all channels would not fit the memory of a usual computer on the way.
 MOST_SAMPLES = 300_000_000
+#: No machine moves so far or so fast, in SI units.
+_BEYOND_SENSE = 1e9
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +90,7 @@ def record_machine(
     SimulationError
         When the motion grows without bound.
     """
-    from ..simulators.solvers.simulate import simulate_raw
+    from ..simulators.solvers.simulate import SimulationError, simulate_raw
 
     chain = SensorChain(pulses_per_revolution=1) if chain is None else chain
     profile, effects = as_profile(speed_rpm), sensor_effects(machine)
@@ -97,7 +99,14 @@ def record_machine(
         raise InvalidValueError("seed = None, but the chain has noise or jitter; allowed: 0 or more. Give a seed.")
     kept, notes = _kept(machine.assembly(speed_rpm=profile).probes, probes)
     _check_length(duration_s, rate_hz, len(machine.bare_assembly().probes))
-    raw = simulate_raw([(machine, profile)], duration_s=duration_s, rate_hz=rate_hz, **options)[0]
+    # An unstable machine leaves the number range on the way; what it leaves is looked at below.
+    with np.errstate(over="ignore", invalid="ignore"):
+        raw = simulate_raw([(machine, profile)], duration_s=duration_s, rate_hz=rate_hz, **options)[0]
+    if not np.abs(raw.signals).max() < _BEYOND_SENSE:
+        raise SimulationError(
+            f"The motion of {machine.name} grew to {np.abs(raw.signals).max():.3g}: the machine is unstable with these "
+            "parameters. Change them, or the speed."
+        )
     samples = math.floor(duration_s * rate_hz + 1e-9)
     whole = record_of(raw, machine, output_rate_hz=rate_hz)
     record = run_chain(whole, effects, samples=samples, seed=seed, chain=chain)
