@@ -24,6 +24,8 @@ from .stepper import LaneGroup, run_group
 MOST_LANES = 64
 #: A steady run whose last quarter is this many times stronger than its first is taken to diverge.
 DRIFT = 30.0
+#: A signal beyond this, in any unit, is a divergence; its square would no longer be a number.
+LARGEST = 1e100
 #: An rms below this, in m, m/s, m/s2 or rad, is rounding.
 SILENT = 1e-13
 #: A contact's own oscillation (its stiffness on the mass that it meets) gets at least this many steps a radian.
@@ -335,10 +337,10 @@ def _result(
     remark: str,
 ) -> Simulation:
     who = f"{machine.name} ({machine.preset_name}) with {dict(machine.changed)} and {list(machine.effects)}"
-    if not np.all(np.isfinite(signals)):
+    if not np.all(np.abs(signals) < LARGEST):
         raise SimulationError(
-            f"The simulation of {who} became not a number. Try a shorter step than {step_s:.3g} s; if that does not "
-            "help, these parameters make the machine unstable."
+            f"The simulation of {who} grew beyond all bounds or became not a number. Try a shorter step than "
+            f"{step_s:.3g} s; if that does not help, these parameters make the machine unstable."
         )
     quarter = signals.shape[1] // 4
     if profile.is_steady and quarter > 8:
