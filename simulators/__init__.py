@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .machine import find_machine as find_machine
     from .machine import machine_catalogue as machine_catalogue
     from .machine import machine_from_toml as machine_from_toml
+    from .sensor_chain import SensorChain as SensorChain
     from .solvers.floquet import floquet_multipliers as floquet_multipliers
     from .solvers.harmonic_balance import harmonic_balance as harmonic_balance
     from .solvers.lyapunov import lyapunov_exponent as lyapunov_exponent
@@ -44,6 +45,7 @@ _PLACES = {
     "find_machine": "machine",
     "machine_catalogue": "machine",
     "machine_from_toml": "machine",
+    "SensorChain": "sensor_chain",
     "Simulation": "solvers.simulate",
     "simulate_batch": "solvers.simulate",
     "harmonic_balance": "solvers.harmonic_balance",

@@ -7,6 +7,7 @@ starts again, so that no jump lies inside a step.
 
 from __future__ import annotations
 
+import importlib
 import itertools
 from collections.abc import Callable
 from typing import Any
@@ -158,7 +159,7 @@ def _solver(method: str, relative: float, absolute: float | np.ndarray) -> Calla
 
 def _cvode(relative: float, absolute: float | np.ndarray) -> Callable[..., np.ndarray]:
     try:
-        from sksundae.cvode import CVODE
+        make_solver = importlib.import_module("sksundae.cvode").CVODE
     except ImportError:
         raise InvalidValueError(
             "Method CVODE needs scikit-sundae, which is not installed; allowed without it: Radau, BDF, DOP853, LSODA. "
@@ -174,7 +175,7 @@ def _cvode(relative: float, absolute: float | np.ndarray) -> Callable[..., np.nd
         def slope(time_s: float, y: np.ndarray, _: np.ndarray, out: np.ndarray) -> None:
             out[:] = jac(time_s, y)
 
-        solver = CVODE(right, method="BDF", rtol=relative, atol=absolute, jacfn=slope, max_num_steps=1_000_000)
+        solver = make_solver(right, method="BDF", rtol=relative, atol=absolute, jacfn=slope, max_num_steps=1_000_000)
         # Two times mean to CVODE "every step between them"; a third one in the middle avoids that.
         wanted = np.unique(np.concatenate([at, [(at[0] + at[-1]) / 2]]))
         found = solver.solve(wanted, state)
