@@ -202,7 +202,9 @@ def test_the_sidecar_holds_a_machine_that_makes_the_same_record(made: tuple[dict
     assert machine == machine_from_toml(said["provenance"]["machine"])
     chain = parse_chain("ideal:noise.m=1e-9", pulses_per_revolution=1)
     again = record_machine(machine, speed_rpm=3000.0, duration_s=0.5, rate_hz=2000.0, chain=chain, seed=3)
-    np.testing.assert_array_equal(again.recording.signals, read(folder / "run.h5").signals)
+    # To rounding: the number of threads of the linear algebra may differ from process to process.
+    found = read(folder / "run.h5").signals
+    np.testing.assert_allclose(again.recording.signals, found, rtol=0, atol=1e-9 * np.abs(found).max())
     command = next(line for line in comments if line.startswith("command: "))
     assert "--seed 3" in command
     assert any(line.startswith("versions: rotorwise ") for line in comments)
