@@ -86,8 +86,9 @@ def compiled_derivative():
             constant[acts, 0] += force.law.signals(timeline, plan.own_parameters(k))[: acts.size, 0, 0]
     powers = int(pm[8, 0])
     order, start, changes, mean_error = pm[0, 0] / (2 * np.pi), pm[1, 0], pm[2, 0], pm[7, 0]
-    first, second = pm[9 : 9 + powers, 0].copy(), pm[9 + powers : 9 + 2 * powers, 0].copy()
-    series = pm[9 + 2 * powers :, 0].reshape(-1, 3).copy()
+    assert pm[9, 0] == 0, "no damaged teeth here"
+    first, second = pm[11 : 11 + powers, 0].copy(), pm[11 + powers : 11 + 2 * powers, 0].copy()
+    series = pm[11 + 2 * powers :, 0].reshape(-1, 3).copy()
 
     # Arrays of a closure are read-only to numba, the forces want writable ones: copying these few costs little.
     @numba.njit(numba.float64[::1](numba.float64[::1], numba.float64), error_model="numpy")
