@@ -99,8 +99,20 @@ class Effect:
         raise NotImplementedError
 
     def signature(self, machine: Machine) -> tuple[Line, ...]:
-        """Return the lines that this effect adds to this machine, strongest first."""
+        """Return the lines that this effect adds to this machine with the effects that it has, strongest first.
+
+        Where two effects act on one part, one changes which lines the other makes: an elongation of a coupling makes
+        other lines once its stiffness varies. `parts` shows the parts as the other effects leave them.
+        """
         raise NotImplementedError
+
+    def parts(self, machine: Machine) -> Assembly:
+        """Return the machine's parts as its other effects leave them: not finished, and without this effect."""
+        assembly = machine.bare_assembly()
+        for effect in machine.effects:
+            if effect != self:
+                effect.contribute(assembly)
+        return assembly
 
     @classmethod
     def parameters(cls) -> tuple[Parameter, ...]:

@@ -73,8 +73,8 @@ class BearingEffect(Effect):
     )
 
     def bearing(self, machine: Machine) -> Any:
-        """Return the bearing that is meant, with its slip."""
-        part = machine.bare_assembly().component(self.ROLE, self.at)
+        """Return the bearing that is meant, with its slip: the largest of this effect's and those of others."""
+        part = self.parts(machine).component(self.ROLE, self.at)
         part.damage.add_slip(slip=self.slip, wander=0.0, seed=0)
         return part
 

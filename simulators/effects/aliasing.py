@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 class Aliasing(SensorEffect):
     """A share of what lies above half the sampling rate passes the anti-alias filter; f then shows at |f - k rate|.
 
-    A folded line moves backwards when the speed rises, or sits at an odd place; its size follows its source. The
+    A folded line moves backwards when the speed rises, or sits at an odd place; with speed and load it grows as its
+    source does. The
     machine is simulated at a higher rate for this, up to ``highest_hz``. Left out: the filter's own phase, and noise
     from above, which the simulated machine has not.
     """

@@ -19,9 +19,9 @@ class BacklashGrowth(Effect):
     """Centre distance a -> a + growth: backlash 2 (r_b1 + r_b2) (inv alpha' - inv alpha) more, contact ratio less.
 
     Involutes still roll truly, so that a loaded mesh shows only another stiffness: single contact lasts longer, the
-    mesh harmonics change, as deflection under load (exponent 1). The play itself is felt where teeth separate: at
-    light load, reversing torque or a strong error they rattle. Left out: the direction of the line of action, which
-    turns by alpha' - alpha, and wear of the flanks as another cause of play.
+    mesh harmonics change, as deflection under load (exponent 1) and, resonances apart, not with speed. The play itself
+    is felt where teeth separate: at light load, reversing torque or a strong error they rattle. Left out: the direction
+    of the line of action, which turns by alpha' - alpha, and wear of the flanks as another cause of play.
     """
 
     NAME = "backlash_growth"

@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 class BoltLoss(Effect):
     """K_j -> (1 - loss) K_j of one bolt: its share of the torque becomes a force turning with the shaft.
 
-    A steady torque T over N bolts on the radius r then pushes the shaft with about loss T / (N r) at 1X. Where the
-    axes are offset by s as well, the uneven flange makes a torque loss K r |s| at 1X, and with it 2X of the shaft.
+    A steady torque T over N bolts on the radius r then pushes the shaft with about loss T / (N r) at 1X. Where the axes
+    are offset by s as well, the uneven flange makes a torque loss K r |s| at 1X, and with it 2X of the shaft. The push
+    grows with the load, the torque with the offset; neither grows with speed.
     """
 
     NAME = "bolt_loss"

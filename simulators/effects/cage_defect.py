@@ -32,7 +32,7 @@ class CageDefect(BearingEffect):
         "looseness": "no exact half orders; sidebands of the cage round the ball-pass order",
         "ball_defect": "no raised resonance: the lines are the cage order itself and sidebands of the ball pass",
     }
-    REFERENCES = (RANDALL, "T. A. Harris, Rolling Bearing Analysis, 4th ed., Wiley 2001, chapter 25")
+    REFERENCES = (RANDALL, "T. A. Harris, Rolling Bearing Analysis, 4th ed., Wiley 2001")
 
     size_m: float = parameter(
         unit="m",

@@ -34,7 +34,7 @@ class ClearanceGrowth(Effect):
         "support_anisotropy": "bump test: a soft support stays soft under load, clearance is taken up by it",
     }
     REFERENCES = (
-        "T. A. Harris, Rolling Bearing Analysis, 4th ed., Wiley 2001, chapter 7",
+        "T. A. Harris, Rolling Bearing Analysis, 4th ed., Wiley 2001",
         "ISO 5753-1:2009",
     )
 

@@ -21,7 +21,9 @@ class CouplingMisalignment(Effect):
     """The two halves of a coupling are offset or tilted against each other; the machine's coupling says what follows.
 
     A flexible coupling answers with 1X (and n - 1, n + 1 where its stiffness varies n times a revolution), others with
-    2X: see the coupling's `misalignment_lines`.
+    2X: see the coupling's `misalignment_lines`. A spring pulls with the same force at every speed; a housing that
+    circles between offset hubs with one that grows as speed^2. The force is in proportion to offset and angle and here
+    does not depend on the load. Left out: friction of toothed couplings, which goes with the torque.
     """
 
     NAME = "coupling_misalignment"
@@ -84,5 +86,5 @@ class CouplingMisalignment(Effect):
         )
 
     def signature(self, machine: Machine) -> tuple[Line, ...]:
-        """Return the lines that the machine's coupling makes of a misalignment."""
-        return machine.bare_assembly().component(self.ROLE, self.at).misalignment_lines()
+        """Return the lines that the coupling, with harmonics that other effects give it, makes of a misalignment."""
+        return self.parts(machine).component(self.ROLE, self.at).misalignment_lines()

@@ -36,6 +36,7 @@ class CouplingStiffnessHarmonics(Effect):
     """k(phi) = k0 [1 + sum_n a_n cos(n (phi - angle))] in x, and with b_n, c_n, d_n in y, angle_x, angle_y.
 
     Motion across the coupling at order m (1X of unbalance or misalignment) then gives lines at m + n and m - n.
+    They are a share of that motion and grow with speed and load as it does.
     """
 
     NAME = "coupling_stiffness_harmonics"

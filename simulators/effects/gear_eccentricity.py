@@ -19,8 +19,11 @@ class GearEccentricity(Effect):
     """e = r sin(n phi + psi) in the transmission error, n being the gear's speed over the reference shaft's.
 
     The pulsing mesh stiffness turns the slow error into sidebands of the mesh frequency, spaced by the gear's own
-    speed. The mass centre that is off with the pitch circle is `unbalance`; the change of the centre distance, which
-    alters contact ratio and stiffness, is left out.
+    speed: in a mesh that is held, forces k_1 r / 2 at mesh +- n, k_1 being the first harmonic of the stiffness. Gears
+    that are free roll along with the error; their inertia holds them back by a share that grows as speed^2 until a
+    resonance is met. The error is a displacement, so that no line grows with load. The mass centre that is off with the
+    pitch circle is `unbalance`; the change of the centre distance, which alters contact ratio and stiffness, is left
+    out.
     """
 
     NAME = "gear_eccentricity"
@@ -68,4 +71,5 @@ class GearEccentricity(Effect):
         assembly = machine.bare_assembly()
         ratio = assembly.place(self.ROLE, self.at).shaft_ratio
         mesh = assembly.component("mesh").mesh_order
-        return (Line(mesh + ratio, "any"), Line(mesh - ratio, "any"), Line(ratio, "torsion"))
+        lines = ((mesh + ratio, "any"), (mesh - ratio, "any"), (ratio, "torsion"))
+        return tuple(Line(order, direction, load_exponent=0.0) for order, direction in lines)

@@ -23,8 +23,9 @@ _FEELS_SAG = frozenset({"flexible_coupling", "bolted_coupling"})
 class Gravity(Effect):
     """F = -g M v, v the unit vertical translation of everything that has weight: a constant force downward.
 
-    Alone it only shifts the mean. Where stiffness turns or depends on the position (offset flange, rolling bearing,
-    clearance, crack) the sag makes lines: 1X of the twist and 2X of the shaft at an offset bolted coupling.
+    Speed and load do not change it. Alone it only shifts the mean. Where stiffness turns or depends on the position
+    (offset flange, rolling bearing, clearance, crack) the sag makes lines: 1X of the twist and 2X of the shaft at an
+    offset bolted coupling.
     """
 
     NAME = "gravity"
@@ -36,7 +37,7 @@ class Gravity(Effect):
         "coupling_misalignment": "a vertical offset acts like a sag: alignment at rest says which",
         "bolt_loss": "bolts retightened: the sag stays",
     }
-    REFERENCES = ("M. I. Friswell et al., Dynamics of Rotating Machines, Cambridge 2010, chapter 6",)
+    REFERENCES = ("M. I. Friswell et al., Dynamics of Rotating Machines, Cambridge 2010",)
 
     gravity_m_s2: float = parameter(
         unit="m/s2",
@@ -68,7 +69,7 @@ class Gravity(Effect):
 
     def signature(self, machine: Machine) -> tuple[Line, ...]:
         """Return the lines that a coupling makes of an elongation that stands still, else the mean in y."""
-        for part in machine.bare_assembly().components.values():
+        for part in self.parts(machine).components.values():
             if part.roles & _FEELS_SAG and part.stationary_misalignment_lines():
                 return part.stationary_misalignment_lines()
         return (Line(0.0, "y"),)

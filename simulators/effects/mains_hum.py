@@ -31,7 +31,7 @@ class MainsHum(SensorEffect):
         "twice_line_force": "stop the machine: hum stays; twice the supply only, without 1 and 3 times, is the motor",
         "unbalance": "speed sweep: hum stays at its frequency",
     }
-    REFERENCES = ("H. W. Ott, Electromagnetic Compatibility Engineering, Wiley 2009, chapter 3 (grounding)",)
+    REFERENCES = ("H. W. Ott, Electromagnetic Compatibility Engineering, Wiley 2009",)
 
     amplitude: float = parameter(
         unit="",

@@ -40,7 +40,7 @@ class PolePass(Effect):
     REFERENCES = (
         "W. T. Thomson and M. Fenger, Current signature analysis to detect induction motor faults, "
         "IEEE Industry Applications Magazine 7 (2001) 26-34",
-        "R. B. Randall, Vibration-based Condition Monitoring, Wiley 2011, section 2.2 (electrical machines)",
+        "R. B. Randall, Vibration-based Condition Monitoring, Wiley 2011",
     )
 
     force_n: float = parameter(

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class RotatingCouplingForce(Effect):
-    """F (cos(phi + psi), sin(phi + psi)) at the coupling: 1X of its shaft, with the same force at every speed.
+    """F (cos(phi + psi), sin(phi + psi)) at the coupling: 1X of its shaft, with the same force at every speed and load.
 
     A coupling whose elements pull unequally, a hub on a worn key, teeth that carry on one side push the shaft so.
     """
@@ -69,4 +69,4 @@ class RotatingCouplingForce(Effect):
     def signature(self, machine: Machine) -> tuple[Line, ...]:
         """Return 1X of the coupling's shaft."""
         place = machine.bare_assembly().place(self.ROLE, self.at)
-        return (Line(place.shaft_ratio, speed_exponent=0.0),)
+        return (Line(place.shaft_ratio, speed_exponent=0.0, load_exponent=0.0),)

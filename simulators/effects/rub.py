@@ -31,6 +31,9 @@ class Rub(Effect):
     natural frequency in contact also 1/n X; the orbit gets a part that turns backward. Friction drives the whirl
     backward; in a continuous rub around the ring it is self-excited when the friction force exceeds damping.
 
+    No line grows by a simple law. Whether the shaft touches, and how hard, follows from its motion: with speed as it
+    nears or leaves a critical speed, with the load as that pushes it towards the ring.
+
     Left out: heat, hence the slow turning of the 1X vector by a hot spot, wear, friction torque, and the ring's mass.
     """
 

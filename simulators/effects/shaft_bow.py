@@ -45,7 +45,7 @@ class ShaftBow(Effect):
     REFERENCES = (
         "J. C. Nicholas, E. J. Gunter, P. E. Allaire, Effect of residual shaft bow on unbalance response and balancing "
         "of a single mass flexible rotor, J. Eng. Power 98 (1976) 171-181",
-        "M. I. Friswell et al., Dynamics of Rotating Machines, Cambridge 2010, chapter 6",
+        "M. I. Friswell et al., Dynamics of Rotating Machines, Cambridge 2010",
     )
 
     bow_m: float = parameter(

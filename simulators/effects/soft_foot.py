@@ -39,7 +39,7 @@ class SoftFoot(Effect):
         "support_anisotropy": "bump test before and after shimming; gap at the feet",
         "unbalance": "slacken the foot while running slowly, or shim it: 1X and its phase change at once",
     }
-    REFERENCES = ("J. Piotrowski, Shaft Alignment Handbook, 3rd ed., CRC Press 2006, chapter 5",)
+    REFERENCES = ("J. Piotrowski, Shaft Alignment Handbook, 3rd ed., CRC Press 2006",)
 
     gap_m: float = parameter(
         unit="m",

@@ -39,7 +39,7 @@ class SpeedWander(SpeedEffect):
         "clock_error": "a reference tone on another channel does not tremble",
     }
     REFERENCES = (
-        "R. B. Randall, Vibration-based Condition Monitoring, Wiley 2011, section 3.3 (modulation)",
+        "R. B. Randall, Vibration-based Condition Monitoring, Wiley 2011",
         "J. M. Chowning, The synthesis of complex audio spectra by means of frequency modulation, "
         "J. Audio Eng. Soc. 21 (1973) 526-534",
     )

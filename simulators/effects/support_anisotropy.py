@@ -16,7 +16,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class SupportAnisotropy(Effect):
-    """k_x -> (1 + fraction) k_x: a turning force then makes an elliptic orbit, a part of which turns backward."""
+    """k_x -> (1 + fraction) k_x: a turning force then makes an elliptic orbit, a part of which turns backward.
+
+    Between the two natural frequencies that the difference makes, the backward part is the larger one. No force is
+    added: lines grow with speed and load as what excites them.
+    """
 
     NAME = "support_anisotropy"
     STAGE = "structure"
@@ -25,9 +29,9 @@ class SupportAnisotropy(Effect):
     CHECK = "Compare 1X, its phase and the natural frequencies in x and y (bump test); look at the pedestal's shape."
     RIVALS = {
         "coupling_misalignment": "bump test in x and y; alignment corrected",
-        "structural_resonance": "run-up: a resonance passes, a difference of stiffness stays at every speed",
+        "housing_resonance": "run-up: a resonance passes, a difference of stiffness stays at every speed",
     }
-    REFERENCES = ("M. I. Friswell et al., Dynamics of Rotating Machines, Cambridge 2010, chapters 3 and 6",)
+    REFERENCES = ("M. I. Friswell et al., Dynamics of Rotating Machines, Cambridge 2010, chapter 3",)
 
     fraction: float = parameter(
         unit="",

@@ -18,7 +18,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class TorqueRipple(Effect):
-    """T cos(p phi + psi) on a shaft: twist at pX, and through an offset bolted coupling 1 - p and 1 + p sideways."""
+    """T cos(p phi + psi) on a shaft: twist at pX, and through an offset bolted coupling 1 - p and 1 + p sideways.
+
+    T is the same at every speed. Ripple of a driven machine mostly grows with its load; which way is not known in
+    general, so that T is taken as given.
+    """
 
     NAME = "torque_ripple"
     STAGE = "force"

@@ -17,7 +17,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Unbalance(Effect):
-    """F = m e w^2 turning with the shaft: circular forward excitation at 1X of the part's own shaft."""
+    """F = m e w^2 turning with the shaft: circular forward excitation at 1X of the part's own shaft.
+
+    The force grows as speed^2 and does not depend on the load; its angle is that of the heavy spot. What is seen turns
+    by 90 degrees up to a natural frequency and by 180 beyond it. While the speed changes, m e dw/dt acts across it.
+    """
 
     NAME = "unbalance"
     STAGE = "force"
@@ -31,7 +35,7 @@ class Unbalance(Effect):
     }
     REFERENCES = (
         "ISO 21940-11:2016",
-        "M. I. Friswell et al., Dynamics of Rotating Machines, Cambridge 2010, section 6.2",
+        "M. I. Friswell et al., Dynamics of Rotating Machines, Cambridge 2010, chapter 6",
     )
 
     moment_kg_m: float = parameter(
@@ -60,4 +64,4 @@ class Unbalance(Effect):
     def signature(self, machine: Machine) -> tuple[Line, ...]:
         """Return 1X of the part's shaft."""
         place = machine.bare_assembly().place(self.ROLE, self.at)
-        return (Line(place.shaft_ratio, speed_exponent=2.0),)
+        return (Line(place.shaft_ratio, speed_exponent=2.0, load_exponent=0.0),)

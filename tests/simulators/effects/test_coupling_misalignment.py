@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from rotorwise.simulators.effects import CouplingMisalignment
+from rotorwise.simulators.effects import CouplingMisalignment, CouplingStiffnessHarmonics
 from rotorwise.simulators.errors import InvalidValueError
 from rotorwise.simulators.machine import find_machine
 from rotorwise.simulators.solvers.harmonic_balance import harmonic_balance
@@ -72,3 +72,22 @@ def test_force_does_not_grow_with_speed_as_unbalance_does():
 def test_offsets_out_of_bounds_are_refused(value):
     with pytest.raises(InvalidValueError, match="offset_m"):
         CouplingMisalignment(offset_m=value)
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+@pytest.mark.parametrize("strength", [{"offset_m": 1e-4}, {"angle_rad": 1e-3}])
+def test_the_lines_announced_follow_harmonics_that_another_effect_adds(order, strength):
+    harmonics = CouplingStiffnessHarmonics().at_zero()
+    varied = {f"{direction}_{order}": 0.1 for direction in ("x", "y", "angle_x", "angle_y")}
+    machine = CONSTANT.with_effects(harmonics.with_values(**varied))
+    effect = purely(**strength)
+    alone, together = ({round(line.order) for line in effect.signature(m)} for m in (CONSTANT, machine))
+    assert (alone, together) == ({1}, {1, order - 1, order + 1} - {0})
+    # The effect may be on the machine already.
+    assert effect.signature(machine.with_effects(effect)) == effect.signature(machine)
+    added = np.abs(change(machine, effect)).max(axis=0)
+    new = together - alone
+    assert all(added[m] > 1e-3 * added.max() for m in together)
+    assert all(np.abs(change(CONSTANT, effect)).max(axis=0)[m] < 1e-9 * added.max() for m in new)
+    shown = {m for m in range(1, 9) if added[m] > 0.03 * added.max()}
+    assert shown <= together

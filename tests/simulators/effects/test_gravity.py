@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from rotorwise.simulators.assembly import Assembly, MissingPartError
+from rotorwise.simulators.effects.coupling_stiffness_harmonics import CouplingStiffnessHarmonics
 from rotorwise.simulators.effects.gravity import Gravity
 from rotorwise.simulators.machine import find_machine
 from rotorwise.simulators.solvers.harmonic_balance import harmonic_balance
@@ -58,6 +59,21 @@ def test_its_lines_rise_at_an_offset_flange(speed_rpm):
         ratio = abs(heavy.amplitude(probe, line.order)) / abs(base.amplitude(probe, line.order))
         assert ratio == pytest.approx(further / apart, rel=2e-3)
         assert ratio > 1.1
+
+
+def test_lines_announced_follow_a_coupling_that_another_effect_makes_uneven():
+    rotor = find_machine("amb_rotor").with_parameters(harmonic_1=0.0, harmonic_2=0.0, harmonic_3=0.0)
+    uneven = rotor.with_effects(CouplingStiffnessHarmonics().at_zero().with_values(y_2=0.1))
+    assert [line.order for line in Gravity().signature(rotor)] == [0.0]
+    assert [line.order for line in Gravity().signature(uneven)] == [2.0]
+    sag = [
+        abs(
+            harmonic_balance(m.with_effects(Gravity()), speed_rpm=1500).amplitude("path_2", 2.0)
+            - harmonic_balance(m, speed_rpm=1500).amplitude("path_2", 2.0)
+        )
+        for m in (rotor, uneven)
+    ]
+    assert sag[1] > 1e3 * sag[0]
 
 
 def test_two_halves_are_the_whole_and_zero_is_nothing():

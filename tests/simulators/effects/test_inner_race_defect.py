@@ -76,6 +76,14 @@ def test_inner_and_outer_orders_add_up_to_the_number_of_balls_with_slip():
     assert outer == pytest.approx(0.98 * 2.998, abs=2e-3)
 
 
+def test_orders_follow_the_slip_that_another_defect_brings():
+    rig = find_machine("test_rig")
+    inner, outer = InnerRaceDefect(slip=0.0), OuterRaceDefect(slip=0.02)
+    with_both = inner.signature(rig.with_effects(outer))[0].order + outer.signature(rig.with_effects(inner))[0].order
+    assert with_both == pytest.approx(8.0)
+    assert inner.signature(rig.with_effects(outer)) != inner.signature(rig)
+
+
 def test_signature_names_sidebands_of_the_shaft_that_turns():
     box = find_machine("gearbox")
     lines = InnerRaceDefect(at="bearing 3", slip=0.0).signature(box)

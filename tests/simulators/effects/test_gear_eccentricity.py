@@ -1,0 +1,134 @@
+"""Gear eccentricity: the error itself, first-order sidebands of a held mesh in closed form, own shaft, load."""
+
+import math
+
+import numpy as np
+import pytest
+from rotorwise.simulators.assembly import MissingPartError
+from rotorwise.simulators.effects.gear_eccentricity import GearEccentricity
+from rotorwise.simulators.law import Timeline
+from rotorwise.simulators.machine import find_machine
+from rotorwise.simulators.machines.gearbox import PINION_TEETH, RATIO, WHEEL_TEETH
+from rotorwise.simulators.rotor_dynamics.gear_mesh import GEAR_MESH
+
+from .test_tooth_crack import mesh_of, stiffness
+
+BOX = find_machine("gearbox")
+RUN_OUT = 1e-5
+
+
+def signals(mesh, phase_rad, *, speed_rad_s=1.0):
+    """Return stiffness, error and rate of error at shaft angles."""
+    phase = np.asarray(phase_rad, float)[:, None]
+    timeline = Timeline(phase, phase, np.full_like(phase, speed_rad_s), np.zeros_like(phase))
+    return GEAR_MESH.signals(timeline, np.array(mesh.interface_force().parameters)[:, None])[:, :, 0]
+
+
+@pytest.mark.parametrize(("at", "order"), [("pinion", 1.0), ("wheel", PINION_TEETH / WHEEL_TEETH)])
+def test_error_is_a_sine_of_the_gears_own_turns(at, order):
+    assert pytest.approx(RATIO if at == "wheel" else 1.0) == order
+    phase = np.linspace(0, 20, 200)
+    sound, bent = (signals(m, phase, speed_rad_s=50.0) for m in (mesh_of(), mesh_of(effect(at, 0.7))))
+    assert bent[1] - sound[1] == pytest.approx(RUN_OUT * np.sin(order * phase + 0.7), abs=1e-15)
+    rate = RUN_OUT * order * 50.0 * np.cos(order * phase + 0.7)
+    assert bent[2] - sound[2] == pytest.approx(rate, abs=1e-12)
+    # The stiffness is that of the sound mesh: centre distance is left out.
+    assert np.array_equal(bent[0], sound[0])
+
+
+def effect(at="pinion", angle=0.0):
+    return GearEccentricity(at=at, run_out_m=RUN_OUT, angle_rad=angle)
+
+
+def held(mesh, phase_rad, push_m):
+    """Return the force of teeth held at an approach, mean stiffness included."""
+    own = signals(mesh, phase_rad)
+    return own[0] * (push_m - own[1])
+
+
+@pytest.mark.parametrize("at", ["pinion", "wheel"])
+def test_first_order_sidebands_of_a_held_mesh(at):
+    """F = - k(phi) e: at mesh +- n half the product of the run-out and the first harmonic of the stiffness.
+
+    Over 81 turns of the pinion every line falls on a bin.
+    """
+    turns, per_turn = WHEEL_TEETH, 8192
+    phase = 2 * np.pi * np.arange(turns * per_turn) / per_turn
+    deep = 1e-3
+    change = held(mesh_of(effect(at)), phase, deep) - held(mesh_of(), phase, deep)
+    found = 2 * np.abs(np.fft.rfft(change)) / change.size
+    pitch = (np.arange(4096) + 0.5) / 4096
+    course = stiffness(mesh_of(), pitch)
+    harmonic = [2 * np.mean(course * np.exp(-2j * np.pi * k * pitch)) for k in (1, 2, 3)]
+    own = turns if at == "pinion" else PINION_TEETH
+    # The jumps of the stiffness are sampled, 356 times a pitch.
+    assert found[own] == pytest.approx(np.mean(course) * RUN_OUT, rel=5e-4)
+    for k, size in enumerate(harmonic, start=1):
+        centre = k * PINION_TEETH * turns
+        for side in (centre - own, centre + own):
+            assert found[side] == pytest.approx(RUN_OUT * abs(size) / 2, rel=5e-3)
+        # The mesh line itself does not change, nor do the other gear's sidebands.
+        other = turns + PINION_TEETH - own
+        assert max(found[centre], found[centre + other], found[centre - other]) < 1e-3 * RUN_OUT * abs(harmonic[0])
+
+
+def test_load_does_not_change_what_it_adds():
+    phase = np.linspace(0, 30, 3000)
+    one, two = (held(mesh_of(effect()), phase, push) - held(mesh_of(), phase, push) for push in (5e-5, 1e-4))
+    assert two == pytest.approx(one, rel=1e-9, abs=1e-9 * np.abs(one).max())
+
+
+@pytest.mark.parametrize("at", ["pinion", "wheel"])
+def test_slow_gears_roll_along_with_the_error(at):
+    """Far below any resonance the approach follows the error one to one, whatever the load."""
+    found = []
+    for load in (20.0, 60.0):
+        machine = BOX.with_parameters(load_torque_n_m=load)
+        base, bent = (
+            m.simulate(speed_rpm=60.0, duration_s=0.4, rate_hz=4000.0, settle_s=0.4).probe("transmission error")
+            for m in (machine, machine.with_effects(effect(at)))
+        )
+        phase = 2 * np.pi * np.arange(base.size) / 4000.0 * (RATIO if at == "wheel" else 1.0)
+        assert bent - base == pytest.approx(RUN_OUT * np.sin(phase), abs=0.02 * RUN_OUT)
+        found.append(bent - base)
+    assert found[0] == pytest.approx(found[1], abs=0.02 * RUN_OUT)
+
+
+def acceleration(*effects, turns):
+    """Return orders and amplitudes of the vertical acceleration of the first bearing's housing at 1800 rpm."""
+    rate = 16384.0
+    run = BOX.with_effects(*effects).simulate(speed_rpm=1800.0, duration_s=turns / 30, rate_hz=rate)
+    names = [p.name for p in run.probes if p.quantity == "acceleration" and p.direction == "y"]
+    signal = run.probe(names[0]) * np.hanning(run.phase_rad.size)
+    return np.fft.rfftfreq(signal.size, 1 / rate) / 30, 4 * np.abs(np.fft.rfft(signal)) / signal.size
+
+
+def test_sidebands_stand_at_the_own_shaft_in_the_running_gearbox():
+    turns = 24
+    orders, base = acceleration(turns=turns)
+    width = 2 / turns
+
+    def near(spectrum, order):
+        return spectrum[np.abs(orders - order) < 0.5 * width].max()
+
+    for at, own, other in (("pinion", 1.0, RATIO), ("wheel", RATIO, 1.0)):
+        bent = acceleration(GearEccentricity(at=at, run_out_m=2e-5), turns=turns)[1]
+        for side in (PINION_TEETH - own, PINION_TEETH + own):
+            assert near(bent, side) > 3 * near(base, side)
+        announced = [line.order for line in GearEccentricity(at=at).signature(BOX)]
+        assert announced == pytest.approx([PINION_TEETH + own, PINION_TEETH - own, own])
+        assert near(bent, PINION_TEETH + other) < 0.3 * near(bent, PINION_TEETH + own)
+
+
+def test_run_outs_of_one_gear_add_as_vectors_and_of_two_stand_side_by_side():
+    a, b = effect(angle=0.0), effect(angle=2 * math.pi / 3)
+    assert mesh_of(a, b).errors[1.0] - mesh_of().errors.get(1.0, 0) == pytest.approx(
+        mesh_of(effect(angle=math.pi / 3)).errors[1.0] - mesh_of().errors.get(1.0, 0)
+    )
+    both = mesh_of(effect("pinion"), effect("wheel")).errors
+    assert {1.0, RATIO} <= set(both)
+
+
+def test_machine_without_gears_is_refused():
+    with pytest.raises(MissingPartError, match="gear"):
+        find_machine("amb_rotor").with_effects(GearEccentricity()).system(speed_rpm=1200)
