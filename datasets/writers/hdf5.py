@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -16,7 +17,9 @@ def write(recording: Recording, path: Path, *, notes: Mapping[str, str]) -> None
     import h5py
 
     width = len(str(len(recording.channels)))
-    with h5py.File(path, "w") as file:
+    # Through memory: on a full disk the library itself fails when it closes the file, and takes Python with it.
+    whole = io.BytesIO()
+    with h5py.File(whole, "w") as file:
         file.attrs["rate_hz"] = recording.rate_hz
         if recording.condition.speed_rpm is not None:
             file.attrs["speed_rpm"] = recording.condition.speed_rpm
@@ -30,3 +33,4 @@ def write(recording: Recording, path: Path, *, notes: Mapping[str, str]) -> None
         for key, text in notes.items():
             # Not attributes: those hold 64 KiB only.
             file.create_dataset(key, data=text)
+    path.write_bytes(whole.getbuffer())

@@ -26,6 +26,8 @@ def write(recording: Recording, path: Path, *, notes: Mapping[str, str]) -> None
     ------
     InvalidValueError
         For a rate under 1 Hz or more channels than the format holds.
+    OSError
+        When the file cannot be written.
     """
     import soundfile
 
@@ -37,9 +39,14 @@ def write(recording: Recording, path: Path, *, notes: Mapping[str, str]) -> None
         )
     single = recording.signals.dtype == np.float32
     header = "RF64" if recording.signals.nbytes > _RIFF_BYTES else "WAV"
-    with soundfile.SoundFile(
-        str(path), "w", rate, channels, subtype="FLOAT" if single else "DOUBLE", format=header
-    ) as sound:
-        if notes:
-            sound.comment = json.dumps(dict(notes))
-        sound.write(np.ascontiguousarray(recording.signals.T))
+    try:
+        with soundfile.SoundFile(
+            str(path), "w", rate, channels, subtype="FLOAT" if single else "DOUBLE", format=header
+        ) as sound:
+            if notes:
+                sound.comment = json.dumps(dict(notes))
+            sound.write(np.ascontiguousarray(recording.signals.T))
+    except (soundfile.LibsndfileError, AssertionError) as problem:
+        # A full disk shows as either: the library only counts the samples that it could not write.
+        said = str(problem).rstrip(". ") or "not all samples were written"
+        raise OSError(f"{said} (is the disk full?)") from problem
