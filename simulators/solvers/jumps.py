@@ -6,32 +6,45 @@ import numpy as np
 
 from ..law import Timeline
 from ..speed_profile import SpeedProfile
-from .plan import ForcePlan, write_signals
+from .plan import ForcePlan, on_all_lanes
 
 
-def jump_events(
-    plan: ForcePlan, k: int, which: int, half_times: np.ndarray, timeline: Timeline, signals: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Fill in the signals of jumping force ``k``, continued on the branch of each step's start.
+def all_jumps(plan: ForcePlan, half_times: np.ndarray, timeline: Timeline) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the signals of the forces that jump, continued on the branch of each step's start, and their jumps.
 
     Parameters
     ----------
     plan : ForcePlan
-    k, which : int
-        Number of the force among all, and among those that jump.
     half_times : ndarray (2 steps + 1,)
     timeline : Timeline
         At these times.
-    signals : ndarray (steps, 3, signals, lanes)
-        The part of force ``k`` is written in place.
 
     Returns
     -------
+    signals : ndarray (steps, 3, signals, lanes)
     events : ndarray (events, 4)
-        Step, lane, ``which``, time left in the step.
-    branches : ndarray (events, 3, 2, signals, 1)
-        At the jump, half-way to the end and at the end of the step; on the old and the new branch.
+        Step, lane, number among the forces that jump, time left in the step.
+    branches : ndarray (events, 6, signals, 1)
+        At the jump, half-way to the end and at the end of the step on the old branch, then on the new one.
     """
+    steps = half_times.size // 2
+    signals = np.empty((steps, 3, plan.jumping_signals, plan.lanes))
+    events, branches = [], []
+    for which, k in enumerate(plan.jumping):
+        found, parts = _jump_events(plan, k, which, half_times, timeline, signals)
+        events.append(found)
+        branches.append(parts)
+    joined = np.concatenate(events)
+    widest = max(part.shape[2] for part in branches)
+    padded = [np.pad(part, [(0, 0)] * 2 + [(0, widest - part.shape[2]), (0, 0)]) for part in branches]
+    order = np.lexsort((-joined[:, 3], joined[:, 1], joined[:, 0]))
+    return signals, joined[order], np.ascontiguousarray(np.concatenate(padded)[order])
+
+
+def _jump_events(
+    plan: ForcePlan, k: int, which: int, half_times: np.ndarray, timeline: Timeline, signals: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return events and branches of one force, and write its part of ``signals``."""
     phase = timeline.phase_rad[:, plan.distinct_columns(k)]
     branch = (phase[0:-1:2] + phase[2::2]) / 2
     found = [
@@ -45,16 +58,11 @@ def jump_events(
             np.column_stack([step_and_left[:, 0], np.full(count, lane), np.full(count, which), step_and_left[:, 1]])
         )
         branches.append(parts)
-    steps = branch.shape[0]
-    stages = []
+    place, steps = slice(plan.rows[k, 5], plan.rows[k, 6]), branch.shape[0]
     for stage in range(3):
-        rows = slice(stage, stage + 2 * steps, 2)
-        part = Timeline(
-            timeline.time_s[rows], timeline.phase_rad[rows], timeline.speed_rad_s[rows],
-            timeline.acceleration_rad_s2[rows],
-        )  # fmt: skip
-        stages.append(plan.distinct_signals(k, part, branch_rad=branch))
-    write_signals(plan, k, signals, tuple(stages))
+        part = timeline.instants(slice(stage, stage + 2 * steps, 2))
+        own = plan.distinct_signals(k, part, branch_rad=branch)
+        signals[:, stage, place] = np.moveaxis(on_all_lanes(plan, k, own), 0, 1)
     return np.concatenate(events), np.concatenate(branches)
 
 
@@ -67,7 +75,7 @@ def _lane_events(
     assert law.jumps is not None
     angles = np.sort(law.jumps(parameters, float(start[0]), float(stop[-1])))
     if not angles.size:
-        return np.zeros((0, 2)), np.zeros((0, 3, 2, int(plan.rows[k, 6] - plan.rows[k, 5]), 1))
+        return np.zeros((0, 2)), np.zeros((0, 6, int(plan.rows[k, 6] - plan.rows[k, 5]), 1))
     step = np.clip(np.searchsorted(stop, angles, side="left"), 0, start.size - 1)
     before = np.maximum(start[step], np.concatenate([[-np.inf], angles[:-1]]))
     after = np.minimum(stop[step], np.concatenate([angles[1:], [np.inf]]))
@@ -81,7 +89,7 @@ def _lane_events(
     for middle in ((before + angles) / 2, (angles + after) / 2):
         own = law.signals(timeline, parameters[:, None], branch_rad=np.repeat(middle, 3)[:, None])  # type: ignore[call-arg]
         parts.append(np.moveaxis(own, 0, 1).reshape(angles.size, 3, own.shape[0], 1))
-    return np.column_stack([step, left]), np.stack(parts, axis=2)
+    return np.column_stack([step, left]), np.concatenate(parts, axis=1)
 
 
 def _instants(profile: SpeedProfile, angles: np.ndarray, start_s: np.ndarray, stop_s: np.ndarray) -> np.ndarray:

@@ -2,93 +2,142 @@
 
 Lanes are runs side by side on the same linear core with different forces, speeds or parameters. They are the last
 index of every array, so that each arithmetic step is one vector operation over the lanes. One compiled loop serves
-every machine: interface forces are called through a tuple of functions of one signature.
+every machine: interface forces are called by their address.
+
+All vectors of a step are rows of one work matrix, see `layout.Layout`, and the step is a short list of products between
+them. Each part below is called at one place only, so that it is compiled once: the first run of a new installation
+waits for it.
 """
 
 from __future__ import annotations
 
 import numba
-import numpy as np
 
-from .kernel_jump import apply_jump
-from .kernel_parts import MATH, OPTIONS, add_product, clear, copy, evaluate_forces
-
-#: One-element tuples make numba call through a pointer instead of inlining.
-PARTS = ((add_product,), (evaluate_forces,), (apply_jump,))
-
-_LOOP = {**OPTIONS, "no_cfunc_wrapper": True}
+from .kernel_types import CUBE, DEEP, INDEX, INNER, JUMP, MATH, MATRIX, OPTIONS, PLAN, PROGRAM, VECTOR
+from .law_call import call_force, call_jump
+from .product import add_product
 
 
-@numba.njit(fastmath=MATH, **_LOOP)
+@numba.njit(fastmath=MATH, **INNER)
+def _evaluate_forces(plan, parameters, own, jumping, x, u):  # type: ignore[no-untyped-def]
+    """Evaluate all interface forces: u = u(signals, C y); ``jumping`` are the signals of the forces that jump."""
+    table, inputs, outputs, addresses = plan
+    for i in range(u.shape[0]):
+        for lane in range(u.shape[1]):
+            u[i, lane] = own[i, lane]
+    for k in range(table.shape[0]):
+        if table[k, 0] >= 0:
+            signals = jumping if table[k, 9] >= 0 else own
+            call_force(
+                addresses[table[k, 0]],
+                signals[table[k, 5] : table[k, 6]],
+                parameters[table[k, 7] : table[k, 8]],
+                x,
+                inputs[table[k, 1] : table[k, 2]],
+                outputs[table[k, 3] : table[k, 4]],
+                u,
+            )
+            continue
+        # Without slices: each costs as much as a few products, and a single lane has only those.
+        row = table[k, 5]
+        for i in range(table[k, 3], table[k, 4]):
+            for j in range(table[k, 1], table[k, 2]):
+                for lane in range(u.shape[1]):
+                    u[outputs[i], lane] += own[row, lane] * x[inputs[j], lane]
+                row += 1
+
+
+@numba.njit(fastmath=MATH, **INNER)
+def _free_motion(work, rows, diagonals):  # type: ignore[no-untyped-def]
+    """Set the states after the step to e^(hL) y, and clear stages and probes."""
+    first, following, stages = rows[4], rows[8], rows[6]
+    for i in range(stages, following):
+        for lane in range(work.shape[1]):
+            work[i, lane] = 0.0
+    for i in range(rows[0]):
+        before, on, after = diagonals[0, i], diagonals[1, i], diagonals[2, i]
+        for lane in range(work.shape[1]):
+            total = before * work[first + i - 1, lane] + on * work[first + i, lane]
+            work[following + i, lane] = total + after * work[first + i + 1, lane]
+
+
+@numba.njit(fastmath=MATH, **INNER)
+def _products(memory, work, rows, program, parts, stage):  # type: ignore[no-untyped-def]
+    """Do what follows from the forces of a stage, at stage 0 also what follows from the states."""
+    states, motions, forces = rows[0], rows[1], rows[2]
+    stages, following, u1 = rows[6], rows[8], rows[9]
+    if stage == 3:
+        for i in range(u1 + forces, u1 + 2 * forces):
+            for lane in range(work.shape[1]):
+                work[i + forces, lane] += work[i, lane]
+    for part in range(stage + 1 if stage else 0, stage + 2):
+        for number in range(parts[part], parts[part + 1]):
+            source, columns, target, height, at = program[number]
+            add_product(memory, source, columns, target, height, at, work.shape[1])
+        if part == 0:
+            # C e^(hL/2) y opens stages a and b, C e^(hL) y stage c and the motions of the next step.
+            for i in range(stages, stages + motions):
+                for lane in range(work.shape[1]):
+                    work[i, lane] = work[i + motions, lane]
+                    work[i - stages + following + states, lane] = work[i + 2 * motions, lane]
+
+
+@numba.njit(
+    numba.void(VECTOR, MATRIX, INDEX, PROGRAM, INDEX, MATRIX, PLAN, MATRIX, CUBE, DEEP, JUMP, MATRIX, DEEP, CUBE),
+    fastmath=MATH,
+    **OPTIONS,
+)
 def run_block(
-    parts, laws, plan, inputs, outputs, parameters, step_s, tables, jump, signals, events, branches, y, record
+    memory, work, rows, program, parts, diagonals, plan, parameters, halves, jumped, jump, events, branches, record
 ):  # type: ignore[no-untyped-def]
-    """Advance the states ``y`` (n, lanes) in place by as many steps as ``signals`` has, and record the probes.
+    """Advance the work matrix by as many steps as ``record`` has, and record the probes.
 
     Parameters
     ----------
-    parts : tuple
-        `PARTS`.
-    laws : tuple of compiled forces
-    plan : ndarray of int (forces, 9)
-        Kind (-1 linear, else index in ``laws``), then start and stop in inputs, outputs, signals, parameters.
-    tables : tuple
-        full, first, last (n x n and the columns that count), then as pairs (transpose, itself): ``ahead``, the rows
-        C e^(hL/2), C e^(hL) and of the probes over the states; ``stages``, five; ``update``, three, each with the rows
-        of C times it below; ``motion_rows``; ``probe_columns``.
+    memory, work, rows, program, parts, diagonals : ndarray
+        See `layout.Layout`. ``diagonals`` holds e^(hL) of a core with blocks of one or two rows: the diagonal before,
+        on and after the main one.
+    plan : tuple
+        Ten numbers for each force, see `plan.ForcePlan`; inputs; outputs; addresses of the compiled forces.
+    parameters : ndarray (parameters, lanes)
+    halves : ndarray (2 steps + 1, signals, lanes)
+        Signals at the start, middle and end of each step.
+    jumped : ndarray (steps, 3, signals, lanes)
+        The same of the forces that jump, on the branch of the step's start.
     jump : tuple
-        spacing, states (jump forces, 4, points, n, j), rows (jump forces, 4, points, 2k, j).
-    signals : ndarray (steps, 3, signals, lanes)
+        See `layout.jump_layout`.
     events : ndarray (events, 4)
         Step, lane, number of the jump force, time left; sorted by step.
-    branches : ndarray (events, 3, 2, signals of that force, 1)
+    branches : ndarray (events, 6, signals of that force, 1)
+        At the jump, half-way to the end and at the end of the step on the old branch, then on the new one.
     record : ndarray (steps, probes, lanes)
     """
-    product, forces, correct = parts[0][0], parts[1][0], parts[2][0]
-    full, first, last, ahead, stages, update, motion_rows, probe_columns = tables
-    n, lanes = y.shape
-    p, m = motion_rows[0].shape[1], stages[0][0].shape[0]
-    x, stage = np.zeros((p, lanes)), np.zeros((p, lanes))
-    u1, u2, u3, u4 = np.zeros((m, lanes)), np.zeros((m, lanes)), np.zeros((m, lanes)), np.zeros((m, lanes))
-    known, following = np.zeros((ahead[0].shape[1], lanes)), np.zeros((n + p, lanes))
-    half, whole, seen, ahead_of = known[:p], known[p : 2 * p], known[2 * p :], (following[:n], following[n:])
+    states, motions, forces, probes = rows[0], rows[1], rows[2], rows[3]
     event = 0
-    product(motion_rows, y, x)
-    for step in range(signals.shape[0]):
-        forces(laws, plan, inputs, outputs, signals[step, 0], parameters, x, u1)
-        clear(known)
-        product(ahead, y, known)
-        copy(seen, record[step])
-        product(probe_columns, u1, record[step])
-        copy(half, stage)
-        product(stages[0], u1, stage)
-        forces(laws, plan, inputs, outputs, signals[step, 1], parameters, stage, u2)
-        copy(half, stage)
-        product(stages[1], u1, stage)
-        product(stages[2], u2, stage)
-        forces(laws, plan, inputs, outputs, signals[step, 1], parameters, stage, u3)
-        copy(whole, stage)
-        product(stages[3], u1, stage)
-        product(stages[4], u3, stage)
-        forces(laws, plan, inputs, outputs, signals[step, 2], parameters, stage, u4)
-        for i in range(n):
-            for lane in range(lanes):
-                following[i, lane] = 0.0
-            for j in range(first[i], last[i]):
-                weight = full[i, j]
-                for lane in range(lanes):
-                    following[i, lane] += weight * y[j, lane]
-        copy(whole, ahead_of[1])
-        for i in range(m):
-            for lane in range(lanes):
-                u2[i, lane] += u3[i, lane]
-        product(update[0], u1, following)
-        product(update[1], u2, following)
-        product(update[2], u4, following)
+    for step in range(record.shape[0]):
+        for stage in range(4):
+            # u1, u3, u2, u4 lie in this order: the update takes u2 + u3 and u4 together. Likewise b, a, c.
+            turned = 2 if stage == 1 else (1 if stage == 2 else stage)
+            x = rows[5] if stage == 0 else rows[6] + (turned - 1) * motions
+            u = rows[9] + forces * turned
+            half = (stage + 1) // 2
+            _evaluate_forces(
+                plan,
+                parameters,
+                halves[2 * step + half],
+                jumped[step, half],
+                work[x : x + motions],
+                work[u : u + forces],
+            )
+            if stage == 0:
+                _free_motion(work, rows, diagonals)
+            _products(memory, work, rows, program, parts, stage)
+        for i in range(probes):
+            for lane in range(work.shape[1]):
+                record[step, i, lane] = work[rows[7] + i, lane]
         while event < events.shape[0] and events[event, 0] == step:
-            correct(
-                laws, plan, inputs, parameters, step_s, jump, events[event], branches[event], motion_rows, x, following
-            )  # fmt: skip
+            call_jump(jump[0][0], jump, work, plan, parameters, events[event], branches[event])
             event += 1
-        copy(ahead_of[0], y)
-        copy(ahead_of[1], x)
+        for i in range(states + motions):
+            for lane in range(work.shape[1]):
+                work[rows[4] + i, lane] = work[rows[8] + i, lane]

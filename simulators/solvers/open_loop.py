@@ -13,9 +13,9 @@ import numpy as np
 
 from ..system import System
 from .block_form import BlockForm
-from .kernel_parts import OPTIONS
+from .kernel_types import OPTIONS
 from .plan import ForcePlan
-from .tables import step_tables
+from .tables import StepTables
 
 OpenLoop = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -43,22 +43,23 @@ def _recursion(full, first, last, path, state):  # type: ignore[no-untyped-def]
                 state[i, lane] = value
 
 
-def open_loop(form: BlockForm, system: System, plan: ForcePlan, step_s: float) -> OpenLoop | None:
-    """Return ``advance(signals, states) -> record`` as `kernel.run_block` does it, or None when a force reads motion.
+def open_loop(form: BlockForm, system: System, plan: ForcePlan, tables: StepTables) -> OpenLoop | None:
+    """Return ``advance(halves, states) -> record`` as `kernel.run_block` does it, or None when a force reads motion.
 
-    ``signals`` (steps, 3, forces, lanes); ``states`` (states, lanes) is changed; record (steps, probes, lanes).
+    ``halves`` (2 steps + 1, forces, lanes); ``states`` (states, lanes) is changed; record (steps, probes, lanes).
     """
     if plan.inputs.size or not system.is_linear or not plan.forces:
         return None
-    tables = step_tables(form, step_s)
-    weights = np.stack([tables.update[0], 2 * tables.update[1], tables.update[2]])
+    weights = np.concatenate([tables.update[0], 2 * tables.update[1], tables.update[2]], axis=1)
 
-    def advance(signals: np.ndarray, states: np.ndarray) -> np.ndarray:
-        path = np.tensordot(weights, signals, axes=([0, 2], [1, 2])).transpose(1, 0, 2)
-        path = np.ascontiguousarray(path)
+    def advance(halves: np.ndarray, states: np.ndarray) -> np.ndarray:
+        start = halves[0:-1:2]
+        signals = np.concatenate([start, halves[1::2], halves[2::2]], axis=1)
+        path = np.matmul(weights, signals) if states.shape[1] > 1 else (signals[:, :, 0] @ weights.T)[:, :, None]
         _recursion(tables.full, tables.first, tables.last, path, states)
-        record = np.tensordot(form.probe_rows, path, axes=(1, 1))
-        record += np.tensordot(system.probe_columns, signals[:, 0], axes=(1, 1))
-        return np.ascontiguousarray(record.transpose(1, 0, 2))
+        if states.shape[1] > 1:
+            return np.matmul(form.probe_rows, path) + np.matmul(system.probe_columns, start)
+        record = path[:, :, 0] @ form.probe_rows.T + start[:, :, 0] @ system.probe_columns.T
+        return record[:, :, None]
 
     return advance

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import functools
-import threading
-import warnings
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..errors import InvalidValueError
-from ..law import InterfaceForce, Timeline, compiled_force
+from ..law import InterfaceForce, Timeline
 from ..speed_profile import SpeedProfile
 from ..system import System
 
@@ -24,10 +21,13 @@ class ForcePlan:
     ----------
     forces : tuple of InterfaceForce
         Those of the first lane; the others have the same laws and other parameters.
-    laws : tuple of compiled functions
-    rows : ndarray of int (forces, 9)
-        See `kernel.run_block`. A linear law's own signals are its coefficients; its forces that do not depend on the
-        motion are summed into the first rows of all signals.
+    laws : tuple of CompiledForce
+        The distinct ones.
+    rows : ndarray of int (forces, 10)
+        Kind (-1 linear, else index in ``laws``), then start and stop in inputs, outputs, signals, parameters, then the
+        number among the forces that jump, or -1. A linear law's own signals are its coefficients; its forces that do
+        not depend on the motion are summed into the first rows of all signals. Forces that jump have signals of their
+        own, counted apart.
     inputs, outputs : ndarray of int
     parameters : ndarray (parameters, lanes)
     profiles : tuple of SpeedProfile
@@ -55,8 +55,13 @@ class ForcePlan:
 
     @property
     def signals(self) -> int:
-        """Number of signals."""
-        return int(self.rows[-1, 6]) if len(self.forces) else 0
+        """Number of signals of the forces that do not jump."""
+        return max([self.columns, *(int(row[6]) for row in self.rows if row[9] < 0)])
+
+    @property
+    def jumping_signals(self) -> int:
+        """Number of signals of the forces that jump."""
+        return max([0, *(int(row[6]) for row in self.rows if row[9] >= 0)])
 
     @property
     def lanes(self) -> int:
@@ -68,12 +73,13 @@ class ForcePlan:
         return self.parameters[self.rows[k, 7] : self.rows[k, 8]]
 
     def timeline(self, time_s: np.ndarray) -> Timeline:
-        """Return the timeline of all distinct speed profiles at the same instants (instants,)."""
+        """Return the timeline of all distinct speed profiles at the same evenly spaced instants (instants,)."""
         profiles = tuple(dict.fromkeys(self.profiles))
         phase = np.stack([profile.phase_rad(time_s) for profile in profiles], axis=-1)
         speed = np.stack([profile.speed_rad_s(time_s) for profile in profiles], axis=-1)
         change = np.stack([profile.acceleration_rad_s2(time_s) for profile in profiles], axis=-1)
-        return Timeline(np.repeat(time_s[:, None], len(profiles), axis=1), phase, speed, change)
+        is_even = all(profile.is_steady for profile in profiles)
+        return Timeline(np.repeat(time_s[:, None], len(profiles), axis=1), phase, speed, change, is_even)
 
     def distinct_columns(self, k: int) -> np.ndarray:
         """Return which columns of `timeline` belong to the distinct lanes of force ``k``."""
@@ -81,10 +87,9 @@ class ForcePlan:
         return np.array([profiles.index(self.profiles[lane]) for lane in self.distinct[k][0]])
 
     def distinct_signals(self, k: int, timeline: Timeline, **branch: np.ndarray) -> np.ndarray:
-        """Return the signals of force ``k`` on all its distinct lanes, shape (instants, signals, distinct lanes)."""
+        """Return the signals of force ``k`` on all its distinct lanes, shape (signals, instants, distinct lanes)."""
         parameters = self.own_parameters(k)[:, self.distinct[k][0]]
-        own = self.forces[k].law.signals(timeline.select(self.distinct_columns(k)), parameters, **branch)
-        return np.moveaxis(own, 0, 1)
+        return self.forces[k].law.signals(timeline.select(self.distinct_columns(k)), parameters, **branch)
 
     def lane_timeline(self, lane: int, time_s: np.ndarray) -> Timeline:
         """Return the timeline of one lane at its own instants (instants,)."""
@@ -101,9 +106,11 @@ def force_plan(systems: list[System], profiles: list[SpeedProfile]) -> ForcePlan
     """Lay out the forces of lanes that share a linear core and the same laws in the same order."""
     forces = systems[0].forces
     distinct: list[Any] = []
-    rows = np.zeros((len(forces), 9), dtype=np.int64)
+    rows = np.zeros((len(forces), 10), dtype=np.int64)
     # The first signals are the forces that do not depend on the motion, one row for each force column.
     at = np.array([0, 0, systems[0].force_columns.shape[1], 0], dtype=np.int64)
+    jumping: list[int] = []
+    jumped = 0
     for k, force in enumerate(forces):
         kind, count = -1, _signal_count(force, profiles[0])
         if force.law.is_linear:
@@ -112,23 +119,29 @@ def force_plan(systems: list[System], profiles: list[SpeedProfile]) -> ForcePlan
             if force.law.force not in distinct:
                 distinct.append(force.law.force)
             kind = distinct.index(force.law.force)
-        sizes = (systems[0].inputs[k].size, systems[0].outputs[k].size, count, len(force.parameters))
+        sizes = np.array([systems[0].inputs[k].size, systems[0].outputs[k].size, count, len(force.parameters)])
+        start = at.copy()
+        if force.law.jumps is not None:
+            start[2], rows[k, 9] = jumped, len(jumping)
+            jumping.append(k)
+            jumped, sizes_shared = jumped + count, sizes * [1, 1, 0, 1]
+        else:
+            rows[k, 9], sizes_shared = -1, sizes
         rows[k, 0] = kind
-        rows[k, 1::2], rows[k, 2::2] = at, at + sizes
-        at += sizes
-    jumping = tuple(k for k, force in enumerate(forces) if force.law.jumps is not None)
-    _check_jumps(systems[0], jumping)
+        rows[k, 1:9:2], rows[k, 2:9:2] = start, start + sizes
+        at += sizes_shared
+    _check_jumps(systems[0], tuple(jumping))
     values = [[v for force in system.forces for v in force.parameters] for system in systems]
     parameters = np.ascontiguousarray(np.array(values, dtype=float).reshape(len(systems), -1).T)
     return ForcePlan(
         forces=forces,
-        laws=law_tuple(tuple(force.compiled for force in distinct)),
+        laws=tuple(distinct),
         rows=rows,
         inputs=np.concatenate([*systems[0].inputs, np.zeros(0, dtype=np.int64)]).astype(np.int64),
         outputs=np.concatenate([*systems[0].outputs, np.zeros(0, dtype=np.int64)]).astype(np.int64),
         parameters=parameters,
         profiles=tuple(profiles),
-        jumping=jumping,
+        jumping=tuple(jumping),
         distinct=tuple(_distinct(profiles, parameters[row[7] : row[8]]) for row in rows),
     )
 
@@ -174,74 +187,16 @@ def _check_jumps(system: System, jumping: tuple[int, ...]) -> None:
             )
 
 
-def _nothing(signals, parameters, x, inputs, outputs, u):  # type: ignore[no-untyped-def]
-    return
-
-
-@functools.cache
-def law_tuple(distinct: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return the compiled forces, filled up to a fixed number so that one compiled loop serves every machine."""
-    from .kernel_parts import KINDS
-
-    if len(distinct) > KINDS:
-        raise InvalidValueError(
-            f"This machine has {len(distinct)} kinds of nonlinear force; allowed: {KINDS} in one run. Take some out."
-        )
-    return (*distinct, *([_compiled_nothing()] * (KINDS - len(distinct))))
-
-
-@functools.cache
-def _compiled_nothing() -> Any:
-    return compiled_force(_nothing).compiled
-
-
-class _Quiet:
-    """Silences numba's remark that tuples of functions are experimental, from first entry to last exit.
-
-    numba makes it at every call. The warning filters belong to the whole process, hence the count and the lock.
-    """
-
-    def __init__(self) -> None:
-        self._lock, self._inside = threading.Lock(), 0
-        self._filters = warnings.catch_warnings()
-
-    def __enter__(self) -> None:
-        from numba.core.errors import NumbaExperimentalFeatureWarning
-
-        with self._lock:
-            if self._inside == 0:
-                self._filters = warnings.catch_warnings()
-                self._filters.__enter__()
-                warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
-            self._inside += 1
-
-    def __exit__(self, *_: object) -> None:
-        with self._lock:
-            self._inside -= 1
-            if self._inside == 0:
-                self._filters.__exit__(None, None, None)
-
-
-quiet = _Quiet()
-
-
-def write_signals(plan: ForcePlan, k: int, signals: np.ndarray, stages: tuple[np.ndarray, ...]) -> None:
-    """Enter the signals of force ``k`` on its distinct lanes, one array a stage, into the block of all lanes."""
-    place, lanes = slice(plan.rows[k, 5], plan.rows[k, 6]), plan.distinct[k][1]
-    same = lanes.size == plan.distinct[k][0].size
-    acts = plan.outputs[plan.rows[k, 3] : plan.rows[k, 4]] if plan.forces[k].law.is_linear else ()
-    for stage, own in enumerate(stages):
-        if not same and own.shape[2] > 1:
-            own = own[:, :, lanes]
-        for i, act in enumerate(acts):
-            signals[:, stage, act] += own[:, i]
-        signals[:, stage, place] = own[:, len(acts) :]
+def on_all_lanes(plan: ForcePlan, k: int, own: np.ndarray) -> np.ndarray:
+    """Return signals of distinct lanes for all lanes; one that all share stays one."""
+    lanes = plan.distinct[k][1]
+    return own if own.shape[-1] in (1, lanes.size) else own[..., lanes]
 
 
 def block_signals(
     plan: ForcePlan, start_s: float, step_s: float, steps: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return what `kernel.run_block` needs of the signals of a block: signals, events and branches.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return what `kernel.run_block` needs of the signals of a block: halves, jumped, events and branches.
 
     Parameters
     ----------
@@ -249,26 +204,24 @@ def block_signals(
     start_s, step_s : float
     steps : int
     """
-    signals = np.empty((steps, 3, plan.signals, plan.lanes))
-    signals[:, :, : plan.columns] = 0.0
+    halves = np.empty((2 * steps + 1, plan.signals, plan.lanes))
     half_times = start_s + 0.5 * step_s * np.arange(2 * steps + 1)
     timeline = plan.timeline(half_times)
-    for k in range(len(plan.forces)):
+    sums: list[np.ndarray | None] = [None] * plan.columns
+    for k, force in enumerate(plan.forces):
         if k in plan.jumping:
             continue
-        own = plan.distinct_signals(k, timeline)
-        write_signals(plan, k, signals, (own[0:-1:2], own[1::2], own[2::2]))
-    events, branches = [np.zeros((0, 4))], []
-    for which, k in enumerate(plan.jumping):
-        from .jumps import jump_events
+        own = on_all_lanes(plan, k, plan.distinct_signals(k, timeline))
+        acts = plan.outputs[plan.rows[k, 3] : plan.rows[k, 4]] if force.law.is_linear else ()
+        for i, act in enumerate(acts):
+            before = sums[act]
+            sums[act] = own[i] if before is None else before + own[i]
+        for i, row in enumerate(range(plan.rows[k, 5], plan.rows[k, 6])):
+            halves[:, row] = own[len(acts) + i]
+    for act, total in enumerate(sums):
+        halves[:, act] = 0.0 if total is None else total
+    if plan.jumping:
+        from .jumps import all_jumps
 
-        found, parts = jump_events(plan, k, which, half_times, timeline, signals)
-        events.append(found)
-        branches.append(parts)
-    if not branches:
-        return signals, events[0], np.zeros((0, 3, 2, 1, 1))
-    joined = np.concatenate(events)
-    widest = max(part.shape[3] for part in branches)
-    padded = [np.pad(part, [(0, 0)] * 3 + [(0, widest - part.shape[3]), (0, 0)]) for part in branches]
-    order = np.lexsort((-joined[:, 3], joined[:, 1], joined[:, 0]))
-    return signals, joined[order], np.ascontiguousarray(np.concatenate(padded)[order])
+        return halves, *all_jumps(plan, half_times, timeline)
+    return halves, np.zeros((steps, 3, 0, plan.lanes)), np.zeros((0, 4)), np.zeros((0, 6, 1, 1))

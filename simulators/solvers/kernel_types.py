@@ -1,0 +1,21 @@
+"""Types and options of the compiled loop. With the types given, it is compiled once and for all arrays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+
+#: Sums may use fused multiply-add: the result does not depend on the number of lanes.
+MATH = {"contract"}
+OPTIONS: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+#: Functions that only compiled code calls need no way in from Python; it costs compile time.
+INNER: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True}
+
+VECTOR, MATRIX, CUBE = numba.float64[::1], numba.float64[:, ::1], numba.float64[:, :, ::1]
+DEEP, INDEX, TABLE = numba.float64[:, :, :, ::1], numba.int64[::1], numba.int64[:, ::1]
+PROGRAM = TABLE
+#: Plan of the forces, inputs, outputs and addresses of the compiled forces.
+PLAN = numba.types.Tuple((TABLE, INDEX, INDEX, INDEX))
+#: Whole numbers, step and spacing, tables, room to work.
+JUMP = numba.types.Tuple((INDEX, VECTOR, DEEP, MATRIX))
