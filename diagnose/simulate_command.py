@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+import os
 import shlex
 import sys
 from pathlib import Path
@@ -12,6 +14,7 @@ import typer
 
 from ..simulators.errors import InvalidValueError, RotorwiseError
 from .cli_options import option
+from .decimal_option import decimal_option
 
 if TYPE_CHECKING:
     from ..datasets.simulated import SimulatedRecord
@@ -19,13 +22,17 @@ if TYPE_CHECKING:
 
 _DONE, _USAGE, _FAILED, _OUTPUT_FAILED = 0, 2, 3, 4
 _LARGE_ERROR = 0.01
+#: `analyse` refuses fewer turns.
+_FEWEST_TURNS = 10
+#: The decimation of the simulation is flat up to this share of the rate.
+_FLAT = 0.4
 
 MachineName = Annotated[
     str, typer.Argument(help="Name of a shipped machine, or a machine file.", metavar="MACHINE|FILE.toml")
 ]
 Speed = Annotated[str, option("--speed", value="RPM|FROM..TO", text="Shaft speed, or a run-up over the duration.")]
-Duration = Annotated[float, option("--duration", value="S", text="Length of the record.")]
-Rate = Annotated[float, option("--rate", value="HZ", text="Sampling rate of the record.")]
+Duration = Annotated[float, decimal_option("--duration", value="S", text="Length of the record.")]
+Rate = Annotated[float, decimal_option("--rate", value="HZ", text="Sampling rate of the record.")]
 Output = Annotated[Path, option("--output", "-o", value="FILE", text="File to write; a sidecar FILE.toml joins it.")]
 Preset = Annotated[str, option("--preset", value="NAME", text="Preset of the machine.")]
 Settings = Annotated[
@@ -39,7 +46,9 @@ Effects = Annotated[
         text="Effect, where it acts, its values in SI units; repeat. What is not given is as usual for it.",
     ),
 ]
-Load = Annotated[float | None, option("--load", value="VALUE", text="Load of the machine, in the unit of its load.")]
+Load = Annotated[
+    float | None, decimal_option("--load", value="VALUE", text="Load of the machine, in the unit of its load.")
+]
 Seed = Annotated[int | None, option("--seed", value="N", text="Required when noise or an effect is random.")]
 Chain = Annotated[
     str,
@@ -92,7 +101,8 @@ def simulate(
     try:
         # Before the work, not after: nobody wants to wait for a refusal.
         destination(output, file_format=file_format, force=force)
-        request = _checked(made, speed, duration, rate, chain, pulses, seed, probes or [])
+        check_ours(output)
+        request = _checked(made, speed, duration, rate, chain, pulses, seed, probes or [], threads)
         record = _simulated(made, duration, rate, request, threads=threads, estimate_error=estimate_error)
     except RotorwiseError as problem:
         raise _leave(problem, _USAGE if isinstance(problem, InvalidValueError) else _FAILED) from None
@@ -113,13 +123,51 @@ def _prepared(machine: str, preset: str, settings: list[str], effects: list[str]
         raise _leave(problem, _USAGE) from None
 
 
+def check_ours(output: Path) -> None:
+    """Raise InvalidValueError where writing would harm a file that is not an earlier recording of this name.
+
+    Called after `destination`, so that what exists may be replaced as far as the user is concerned (--force).
+    """
+    from ..datasets.write_sidecar import FIRST_WORDS
+
+    sidecar = output.with_suffix(".toml")
+    owner = ""
+    if sidecar.is_file():
+        with sidecar.open(encoding="utf-8", errors="replace") as file:
+            first = file.readline().rstrip("\n")
+        owner = first.removeprefix(FIRST_WORDS).removesuffix(".") if first.startswith(FIRST_WORDS) else ""
+    if output.exists() and owner != output.name:
+        raise InvalidValueError(
+            f"{output} exists, and no sidecar says that rotorwise has written it: it is never replaced. Choose another "
+            "file name."
+        )
+    if owner and owner != output.name and output.with_name(owner).exists():
+        raise InvalidValueError(
+            f"{sidecar} is the sidecar of {owner}, which would lose it to {output.name}. Choose another file name."
+        )
+    if not os.access(output.parent, os.W_OK):
+        raise InvalidValueError(f"Folder {output.parent} cannot be written to. Choose another one.")
+
+
 def _checked(
-    machine: Any, speed: str, duration: float, rate: float, chain: str, pulses: int, seed: int | None, probes: list[str]
+    machine: Any,
+    speed: str,
+    duration: float,
+    rate: float,
+    chain: str,
+    pulses: int,
+    seed: int | None,
+    probes: list[str],
+    threads: int,
 ) -> dict[str, Any]:
     from .simulate_options import parse_chain, parse_speed
 
-    if not (duration > 0 and rate > 0):
-        raise InvalidValueError(f"{duration:g} s at {rate:g} Hz; allowed: more than 0. Correct --duration or --rate.")
+    if not (0 < duration < math.inf and 0 < rate < math.inf):
+        raise InvalidValueError(
+            f"{duration:g} s at {rate:g} Hz; allowed: more than 0, finite. Correct --duration or --rate."
+        )
+    if threads < 1:
+        raise InvalidValueError(f"threads = {threads}; allowed: 1 or more. Correct --threads.")
     if pulses < 0 or pulses > 10_000:
         raise InvalidValueError(f"{pulses} pulses a revolution; allowed: 0 to 10000. Correct it.")
     profile = parse_speed(speed, duration_s=duration)
@@ -183,6 +231,26 @@ def _tell(record: SimulatedRecord, written: Destination, *, as_json: bool) -> No
 
 
 def _notes(record: SimulatedRecord) -> list[str]:
+    return [*_notes_of_length(record), *_notes_of_motion(record)]
+
+
+def _notes_of_length(record: SimulatedRecord) -> list[str]:
+    recording, notes = record.recording, []
+    speed_rpm = recording.condition.speed_rpm
+    if speed_rpm is None:
+        return []
+    turns = recording.duration_s * speed_rpm / 60
+    if turns < _FEWEST_TURNS:
+        notes.append(f"The record holds {turns:.3g} turns of the shaft; analyse wants {_FEWEST_TURNS} or more.")
+    if _FLAT * recording.rate_hz < speed_rpm / 60:
+        notes.append(
+            f"At {recording.rate_hz:g} Hz the record ends at {_FLAT * recording.rate_hz:.3g} Hz, below the shaft's "
+            f"{speed_rpm / 60:.3g} Hz: 1X and everything above it are filtered away. Give a higher --rate."
+        )
+    return notes
+
+
+def _notes_of_motion(record: SimulatedRecord) -> list[str]:
     worst = max(record.errors.values(), default=0.0)
     if worst <= _LARGE_ERROR:
         return list(record.notes)

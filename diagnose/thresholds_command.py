@@ -15,6 +15,7 @@ import typer
 
 from ..simulators.errors import InvalidValueError, RotorwiseError
 from .cli_options import option
+from .decimal_option import decimal_option
 
 if TYPE_CHECKING:
     from ..simulators.machine import Machine
@@ -22,21 +23,28 @@ if TYPE_CHECKING:
 
 _USAGE, _OUTPUT_FAILED = 2, 4
 _CELLS, _FINE_CELLS = 101, 1001
+#: Stability is judged with so many steps a turn: the error of the growth is far below any that matters.
+_STEPS_A_TURN = 64
 #: The picture reaches this far beyond what the most tolerant path bears.
 _MARGIN = 1.25
 
 MachineName = Annotated[
     str, typer.Argument(help="Name of a shipped machine, or a machine file.", metavar="MACHINE|FILE.toml")
 ]
-Speed = Annotated[float, option("--speed", value="RPM", text="Shaft speed.")]
+Speed = Annotated[float, decimal_option("--speed", value="RPM", text="Shaft speed.")]
 Preset = Annotated[str, option("--preset", value="NAME", text="Preset of the machine.")]
 Settings = Annotated[
     list[str] | None, option("--set", value="NAME=VALUE", text="Parameter of the machine, SI units; repeat.")
 ]
-OffsetMax = Annotated[float | None, option("--offset-max", value="M", text="Largest offset of the map, in metres.")]
-AngleMax = Annotated[float | None, option("--angle-max", value="DEG", text="Largest angle of the map, in degrees.")]
+OffsetMax = Annotated[
+    float | None, decimal_option("--offset-max", value="M", text="Largest offset of the map, in metres.")
+]
+AngleMax = Annotated[
+    float | None, decimal_option("--angle-max", value="DEG", text="Largest angle of the map, in degrees.")
+]
 Clearance = Annotated[
-    float | None, option("--clearance", value="M", text="Smallest radial clearance; the machine's own when left out.")
+    float | None,
+    decimal_option("--clearance", value="M", text="Smallest radial clearance; the machine's own when left out."),
 ]
 Zones = Annotated[
     str, option("--zones", value="NAME", text="Zone table, for example 14839-2 or iso20816-3-group2-rigid.")
@@ -124,6 +132,7 @@ class _Answer:
         assembly = machine.assembly(speed_rpm=speed_rpm)
         # Before the table: a machine without a coupling has nothing to misalign, whatever its zones.
         assembly.component("coupling")
+        _check_stable(machine, speed_rpm)
         plate = nameplate_of(machine)
         linear = [p for p in assembly.probes if p.unit in ("m", "m/s", "m/s2")]
         if zones:
@@ -198,6 +207,25 @@ def largest(levels: np.ndarray, values: np.ndarray, limit: float) -> tuple[float
         return None, False
     share = (limit - levels[first - 1]) / (levels[first] - levels[first - 1])
     return float(values[first - 1] + share * (values[first] - values[first - 1])), False
+
+
+def _check_stable(machine: Machine, speed_rpm: float) -> None:
+    """Raise InvalidValueError for an unstable machine: its steady motion can be computed, but no machine runs so.
+
+    Misalignment only adds a force to a linear machine, so that it stays as stable as it is. Machines that are not
+    linear are refused later, with the force that makes them so.
+    """
+    from ..simulators.solvers.floquet import floquet_multipliers
+
+    if not machine.system(speed_rpm=speed_rpm).is_linear:
+        return
+    stability = floquet_multipliers(machine, speed_rpm=speed_rpm, steps=_STEPS_A_TURN)
+    if not stability.is_stable:
+        raise InvalidValueError(
+            f"Machine {machine.name} ({machine.preset_name}) is unstable at {speed_rpm:g} rpm: a disturbance grows "
+            f"with {stability.growth_rate_1_s:.3g} 1/s; allowed: stable machines. Choose another preset, speed or "
+            "parameter."
+        )
 
 
 def _bounds() -> tuple[float, float]:

@@ -14,6 +14,7 @@ import pytest
 from rotorwise.datasets.reading import read
 from rotorwise.datasets.simulated import MOST_SAMPLES, label_of, nameplate_of, record_machine
 from rotorwise.diagnose.signal.speed import speed_from_tacho
+from rotorwise.diagnose.simulate_command import _notes, check_ours
 from rotorwise.diagnose.simulate_options import CHAINS, parse_chain, parse_effect, parse_machine, parse_speed
 from rotorwise.simulators.effects.unbalance import Unbalance
 from rotorwise.simulators.errors import InvalidValueError
@@ -262,6 +263,61 @@ def test_wrong_values_get_one_message_and_write_nothing(tmp_path: Path) -> None:
         assert done.stdout == ""
     assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.csv", "rig.toml"]
     assert (tmp_path / "mine.csv").read_text() == "mine"
+
+
+def test_numbers_that_are_none_are_repeated_with_what_to_write(tmp_path: Path) -> None:
+    good = {"--speed": 3000, "--duration": 0.5, "--rate": 2000, "-o": tmp_path / "a.csv"}
+    for option, text, remedy in (
+        ("--duration", "0,5", "Write 0.5."),
+        ("--rate", "2 kHz", "without unit"),
+        ("--load", "-1,5e3", "Write -1.5e3."),
+    ):
+        words = (word for pair in {**good, option: text}.items() for word in pair)
+        done = rotorwise("simulate", "amb_rotor", *words)
+        assert done.returncode == 2
+        assert f"'{option}': '{text}'; allowed: a number with a decimal point" in done.stderr
+        assert remedy in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_force_replaces_recordings_of_this_name_and_nothing_else(tmp_path: Path) -> None:
+    def record(name: str, words: str = "") -> subprocess.CompletedProcess[str]:
+        done = rotorwise("simulate", "amb_rotor", *SHORT, "-o", tmp_path / name, "--force")
+        assert words in done.stderr, done.stderr
+        return done
+
+    (tmp_path / "mine.csv").write_text("mine")
+    assert record("mine.csv", "never replaced").returncode == 2
+    # One sidecar cannot serve two recordings.
+    assert record("a.csv").returncode == 0
+    before = (tmp_path / "a.toml").read_text()
+    assert record("a.npz", "is the sidecar of a.csv").returncode == 2
+    assert (tmp_path / "a.toml").read_text() == before
+    assert record("a.csv").returncode == 0
+    (tmp_path / "a.toml").unlink()
+    assert record("a.csv", "never replaced").returncode == 2
+    assert (tmp_path / "mine.csv").read_text() == "mine"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.csv", "mine.csv"]
+
+
+def test_a_sidecar_whose_recording_is_gone_may_be_replaced(tmp_path: Path) -> None:
+    (tmp_path / "a.toml").write_text("# Written by rotorwise with a.wav.\n")
+    check_ours(tmp_path / "a.csv")
+    (tmp_path / "a.wav").write_bytes(b"")
+    with pytest.raises(InvalidValueError, match=r"is the sidecar of a\.wav"):
+        check_ours(tmp_path / "a.csv")
+
+
+def test_a_record_without_the_shaft_in_it_says_so() -> None:
+    def notes(duration_s: float, rate_hz: float) -> str:
+        machine = find_machine("rigid_coupling").preset("linearised")
+        return " ".join(_notes(record_machine(machine, speed_rpm=1800.0, duration_s=duration_s, rate_hz=rate_hz)))
+
+    # 30 Hz: 0.4 of the rate must hold it, and 10 turns take a third of a second.
+    assert "1X and everything above" in notes(1.0, 74.0)
+    assert "1X and everything above" not in notes(1.0, 76.0)
+    assert "The record holds 9 turns" in notes(0.3, 1000.0)
+    assert "turns" not in notes(0.4, 1000.0)
 
 
 @pytest.mark.parametrize("missing", ["--speed", "--duration", "--rate"])

@@ -185,6 +185,11 @@ def test_wrong_requests_get_one_message_and_write_nothing(tmp_path: Path) -> Non
         (("amb_rotor", "--speed", 1800, "--angle-max", 90), "up to 4.011 degrees"),
         (("amb_rotor", "--speed", 1800, "--clearance", -1), "more than 0"),
         (("test_rig", "--speed", 1800, "--zones", "14839-2"), "the probes measure acceleration"),
+        (
+            ("amb_rotor", "--speed", 4000, "--preset", "as_printed"),
+            "is unstable at 4000 rpm: a disturbance grows",
+        ),
+        (("amb_rotor", "--speed", "1,5"), "'1,5'; allowed: a number with a decimal point and without unit. Write 1.5."),
         (("amb_rotor", "--speed", 1800, "-o", page), "exists already"),
         (("amb_rotor", "--speed", 1800, "-o", tmp_path / "map.png"), "ends in .html"),
         (("amb_rotor", "--speed", 1800, "-o", tmp_path / "no" / "map.html"), "does not exist"),
