@@ -155,11 +155,15 @@ def _rises(
 
 
 def picture(shown: Exhibit, *, width: int = 300, height: int = 110) -> str:
-    """Return the two spectra as SVG text: grey without, blue with the effect; marks below at the declared lines."""
+    """Return the two spectra as SVG text: grey without, blue with the effect; marks below at the declared lines.
+
+    Across: orders of the shaft. Up: peak amplitude, a line for each decade, the highest with its value and unit.
+    """
     low, high = _range(shown)
     inside = (shown.orders >= low) & (shown.orders <= high)
     top = max(shown.before[inside].max(), shown.after[inside].max())
-    left, right, floor, ceiling = 4, width - 4, height - 18, 6
+    left, right, floor, ceiling = 4, width - 4, height - 18, 14
+    decades = 5
 
     def across(order: float) -> float:
         return left + (right - left) * (order - low) / (high - low)
@@ -167,11 +171,12 @@ def picture(shown: Exhibit, *, width: int = 300, height: int = 110) -> str:
     def curve(values: np.ndarray, colour: str) -> str:
         columns = np.array([round(across(order)) for order in shown.orders[inside].tolist()])
         highest = [(x, values[inside][columns == x].max()) for x in np.unique(columns)]
-        # Five decades of amplitude from bottom to top.
-        up = [(x, floor + (ceiling - floor) * max(0.0, 1 + np.log10(max(v / top, 1e-9)) / 5)) for x, v in highest]
+        up = [(x, floor + (ceiling - floor) * max(0.0, 1 + np.log10(max(v / top, 1e-9)) / decades)) for x, v in highest]
         points = " ".join(f"{x},{y:.1f}" for x, y in up)
         return f'<polyline fill="none" stroke="{colour}" stroke-width="1" points="{points}"/>'
 
+    levels = [round(floor + (ceiling - floor) * k / decades, 1) for k in range(decades + 1)]
+    grid = [f'<path d="M{left},{y} H{right}" stroke="#e4e4e4" stroke-width="0.5"/>' for y in levels]
     marks = [
         f'<path d="M{across(order):.1f},{floor + 1} l-2.5,5 h5 z" fill="#c33"/>'
         for order in {line.order_at(SPEED_RPM) for line in shown.lines}
@@ -182,13 +187,16 @@ def picture(shown: Exhibit, *, width: int = 300, height: int = 110) -> str:
     )
     labels = [
         text.format(x=left, y=height - 4, anchor="start", what=f"{low:.3g}X"),
-        text.format(x=width / 2, y=height - 4, anchor="middle", what=f"{shown.machine}, {shown.probe.name}"),
+        text.format(x=width / 2, y=height - 4, anchor="middle", what=f"orders; {shown.machine}, {shown.probe.name}"),
+        text.format(x=left, y=ceiling - 4, anchor="start", what=f"{top:.2g} {shown.probe.unit}"),
+        text.format(x=left, y=floor - 2, anchor="start", what=f"{top / 10**decades:.1g}"),
         text.format(x=right, y=height - 4, anchor="end", what=f"{high:.3g}X"),
     ]
     size = f'width="{width}" height="{height}" viewBox="0 0 {width} {height}"'
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" {size}>',
         f'<rect width="{width}" height="{height}" fill="#fff"/>',
+        *grid,
         curve(shown.after, "#1668b8"),
         curve(shown.before, "#888"),
         *sorted(marks),

@@ -30,10 +30,10 @@ and the measurement that tells them apart; `rotorwise effects NAME` prints all o
 knows another.
 
 This table is made by `python -m rotorwise.simulators.effect_table` (with names: only those rows); do not edit it by
-hand. Pictures: amplitude over
-orders of the shaft speed at {SPEED_RPM:g} rpm, five decades high, grey without and blue with the effect at its default
-values; red marks stand at the declared lines. *Growth* is that of the force behind a line, away from resonances.
-*Rise* is the line that rose most in the picture (the floor, for an effect without lines of its own).
+hand. Pictures: peak amplitude over orders of the shaft at {SPEED_RPM:g} rpm, a line for each decade with the values
+of the highest and the lowest, grey without and blue with the effect at its default values; red marks stand at the
+declared lines. *Growth* is that of the force behind a line, away from resonances. *Rise* is the line that rose most in
+the picture (the floor, for an effect without lines of its own).
 """
 
 

@@ -56,7 +56,7 @@ def test_exhibit_of_an_unbalance_is_the_growth_of_1x():
     rotor = {"amb_rotor": MACHINES["amb_rotor"]}
     shown = exhibit(CATALOGUE["unbalance"], rotor)
     assert shown is not None
-    assert shown.line == Line(1.0, speed_exponent=2.0)
+    assert shown.line == Line(1.0, speed_exponent=2.0, load_exponent=0.0)
     # The rotor has an unbalance of 1.25e-4 kg.m at 0 degrees, the effect's default adds 1e-4 there.
     assert shown.rise == pytest.approx(1 + 1e-4 / 1.25e-4, rel=0.25)
     assert "1X" in rise_cell(shown)
@@ -82,8 +82,17 @@ def test_picture_has_both_curves_on_one_scale_of_five_decades():
     heights = [{float(point.split(",")[1]) for point in curve.get("points").split()} for curve in curves]
     assert [len(own) for own in heights] == [1, 1]
     after, before = (own.pop() for own in heights)
-    # Two decades of five, on 110 - 18 - 6 points of height.
-    assert before - after == pytest.approx(86 * 2 / 5, abs=0.15)
+    # Two decades of five, on 110 - 18 - 14 points of height.
+    assert before - after == pytest.approx(78 * 2 / 5, abs=0.15)
+
+
+def test_picture_says_what_is_on_its_axes():
+    drawn = ElementTree.fromstring(picture(made(1e-1)))
+    texts = [t.text for t in drawn.iter() if t.tag.endswith("text")]
+    assert "0.1 m/s2" in texts
+    assert "1e-06" in texts
+    assert any(text.startswith("orders") for text in texts)
+    assert {"0.1X", "6X"} <= set(texts)
 
 
 def test_rise_in_words():

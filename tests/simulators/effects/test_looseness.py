@@ -81,6 +81,25 @@ def test_nothing_happens_below_the_threshold_and_multiples_of_1x_above():
     assert abs(lifted.amplitude("x", 2.0)) < 1e-9 * abs(lifted.amplitude("x", 1.0))
 
 
+def test_lines_come_above_a_threshold_speed():
+    """A foot that stands by the weight: nothing below, multiples of 1X just above, of 1/2 X far above."""
+    eccentricity, loss = 1e-4, 0.75
+    # Opens where e r^2 / (1 - r^2) reaches the sag, less the rounded corner of 1 N.
+    sag = (MASS * GRAVITY - 1.0) / STIFFNESS
+    threshold = np.sqrt(sag / (eccentricity + sag)) * CRITICAL
+    tight = footed(gravity_m_s2=GRAVITY, eccentricity_m=eccentricity, damping_ratio=0.02)
+    machine = tight.with_effects(loose(loss, hold=1.0))
+    below = [harmonic_balance(m, speed_rpm=rpm(0.99 * threshold), harmonics=12) for m in (tight, machine)]
+    assert below[1].amplitudes == pytest.approx(below[0].amplitudes, abs=1e-9 * sag)
+    above = harmonic_balance(machine, speed_rpm=rpm(1.05 * threshold), harmonics=12)
+    assert all(abs(above.amplitude("y", n)) > 1e-3 * abs(above.amplitude("y", 1.0)) for n in (2, 3))
+    bouncing = 2 * CRITICAL * np.sqrt(1 - loss) / (1 + np.sqrt(1 - loss))
+    far, near = (spectrum(machine, rpm(speed)) for speed in (2 * bouncing, 1.05 * threshold))
+    assert far(0.5) > 0.3 * far(1.0)
+    assert all(far(order) > 1e-3 * far(1.0) for order in (1.5, 2.0, 2.5))
+    assert near(0.5) < 1e-4 * near(1.0)
+
+
 def test_half_order_where_the_speed_is_twice_the_bouncing_frequency():
     loss = 0.75
     bouncing = 2 * CRITICAL * np.sqrt(1 - loss) / (1 + np.sqrt(1 - loss))

@@ -11,6 +11,8 @@ from rotorwise.simulators.machine import find_machine
 from rotorwise.simulators.rotor_dynamics.support import Support, chosen_supports
 from rotorwise.simulators.solvers.harmonic_balance import harmonic_balance
 
+from .jeffcott import CRITICAL, CRITICAL_RPM, MASS, STIFFNESS, footed, orbit
+
 MACHINE = find_machine("rigid_coupling")
 REDUCED = MACHINE.preset("paper_reduction")
 
@@ -44,6 +46,19 @@ def test_orbit_turns_backward_in_part():
     round_orbit, ellipse = backward(MACHINE), backward(MACHINE.with_effects(SupportAnisotropy(fraction=-0.3)))
     assert min(round_orbit) < 1e-6 * max(round_orbit)
     assert min(ellipse) > 0.05 * max(ellipse)
+
+
+@pytest.mark.parametrize(("ratio", "turns"), [(0.6, "forward"), (0.88, "backward"), (1.4, "forward")])
+def test_whirl_is_backward_between_the_two_critical_speeds(ratio, turns):
+    """Unbalance on one mass: x = F / (0.6 k - M w^2), y a quarter behind with k; of opposite signs in between."""
+    machine = footed(eccentricity_m=1e-5).with_effects(SupportAnisotropy(fraction=-0.4))
+    speed = ratio * CRITICAL
+    ahead, back = orbit(harmonic_balance(machine, speed_rpm=ratio * CRITICAL_RPM, harmonics=2), 1.0)
+    push = MASS * 1e-5 * speed**2
+    yields = [1 / (stiffness - MASS * speed**2) for stiffness in (0.6 * STIFFNESS, STIFFNESS)]
+    assert ahead == pytest.approx(push * (yields[0] + yields[1]) / 2, rel=1e-9)
+    assert abs(back) == pytest.approx(push * abs(yields[0] - yields[1]) / 2, rel=1e-9)
+    assert (abs(back) > abs(ahead)) == (turns == "backward")
 
 
 @pytest.mark.parametrize("speed_rpm", [600, 1200])
