@@ -15,8 +15,8 @@ Misprints, by the switch or value that restores the print in the preset ``as_pri
 * ``ring_springs_swapped``: the outer rings 2 and 3 are held in x by k_px x_s; must be k_px x_p as for rings 1 and 4.
   Printed, nothing but damping holds these rings. Together with the missing reaction this makes the motion depend on
   its start: no load presses the wheel into its bearings, so that at rest in the middle of their play it stays there
-  (accelerometer 3.3 m/s2 rms at 20 Hz), while any other start ends in a whirl of wheel and ring 3 at 385 Hz, 8 um
-  wide, which the one-sided springs feed (3.6 m/s2). With k_px x_p instead the whirl shrinks to within the play.
+  (accelerometer 3.3 m/s2 rms at 20 Hz), while from the other starts tried it came to a whirl of wheel and ring 3 at
+  385 Hz with 8 um (3.6 m/s2). The one-sided springs feed it: with k_px x_p it shrinks to within the play.
 * ``mesh_in_series``: Eq (7) adds the compliances of two tooth pairs (they act in parallel) and counts the contact of a
   single pair three times.
 * ``teeth_pull``: Eq (6) lets the teeth pull at each other. A real gear has backlash and teeth that separate.
@@ -30,8 +30,8 @@ Misprints, by the switch or value that restores the print in the preset ``as_pri
 * ``shaft_torsional_damping_n_m_s_rad`` 5e5: 20 000 times critical. ``support_damping_n_s_m`` 1.8e5: 16 times critical
   for the pinion; the 0.05 kg accelerometer on 6.7e7 N/m becomes a low-pass of 59 Hz.
 
-Under a light load the plausible gearbox is irregular: at 10 N.m its lines move by a few per cent, f_o1 by a tenth,
-from one stretch of time to the next. Compare statistics there, not samples.
+Under a light load the plausible gearbox is irregular: at 10 N.m rms and lines move by up to a tenth from one stretch of
+two seconds to the next. Compare statistics there, not samples.
 
 What Table 3 cannot mean: with these two damping values the fastest decay is 1.4e9 1/s. An explicit Runge-Kutta method
 as the paper names then needs about 5e8 steps a second, so its figures cannot come from these numbers. The exponential
