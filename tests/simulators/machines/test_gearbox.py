@@ -82,6 +82,19 @@ def test_misprints_break_the_symmetry_where_they_are_named():
     assert broken == rings | reaction
 
 
+@pytest.mark.parametrize(("preset", "is_pressed"), [("as_printed", False), ("plausible", True)])
+def test_as_printed_no_tooth_force_reaches_the_wheel_s_bearings(preset, is_pressed):
+    """Teeth pressed together by 20 um, everything else at rest in the middle of its play."""
+    system = BOX.preset(preset).system(speed_rpm=SPEED_RPM)
+    place = {name: i for i, name in enumerate(system.coordinates)}
+    q = np.zeros(28)
+    q[place["pinion.torsion"]] = (3e-5 + 2e-5) / tooth_pair().pinion.base_radius_m
+    force = system.mass_matrix @ acceleration(system, q, np.zeros(28))
+    on_pinion, on_wheel = force[place["pinion.y"]], force[place["wheel.y"]]
+    assert on_pinion > 1000.0
+    assert on_wheel == pytest.approx(-on_pinion if is_pressed else 0.0, rel=1e-9, abs=1e-9)
+
+
 def test_printed_damping_is_what_no_runge_kutta_method_takes():
     fastest = np.abs(np.linalg.eigvals(BOX.preset("as_printed").system(speed_rpm=SPEED_RPM).core)).max()
     # c_f (1/I_pin + 1/I_f1) = 1.38e9 1/s by hand.

@@ -4,7 +4,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from rotorwise.simulators.papers import gearbox_runs
+from rotorwise.simulators.assembly import Probe
+from rotorwise.simulators.papers import gearbox_runs, paper_001
 from rotorwise.simulators.papers.gearbox_runs import (
     ORDERS,
     PLAUSIBLE_RECORD,
@@ -13,6 +14,7 @@ from rotorwise.simulators.papers.gearbox_runs import (
     line_amplitude,
     simulate_cases,
 )
+from rotorwise.simulators.solvers.simulate import Simulation
 
 _SHORT = {"duration_s": 0.05, "settle_s": 0.02, "step_s": 1 / 60000}
 
@@ -57,3 +59,30 @@ def test_every_condition_of_a_case_is_in_its_identity() -> None:
     base = Case()
     for field in dataclasses.fields(Case):
         assert dataclasses.replace(base, **{field.name: 0.0123}) != base
+
+
+def fake_runs(monkeypatch: pytest.MonkeyPatch, **signals: np.ndarray) -> None:
+    rows = [name.replace("_", " ") for name in signals]
+    probes = tuple(Probe(name, "displacement", "m", "", "", {}) for name in rows)
+    time = np.zeros(next(iter(signals.values())).size)
+    run = Simulation(np.array(list(signals.values())), gearbox_runs.RATE_HZ, probes, time, time, 1e-5)
+    monkeypatch.setattr(paper_001, "simulate_cases", lambda preset, cases, **how: dict.fromkeys(cases, run))
+
+
+def test_a_wheel_beyond_its_play_is_pressed_into_its_bearings(monkeypatch: pytest.MonkeyPatch) -> None:
+    time = np.arange(40000) / gearbox_runs.RATE_HZ
+    swing = 8e-6 * np.sin(2 * np.pi * 385 * time)
+    for rest_m, verdict in ((-6e-6, "reproduced"), (4e-6, "not reproduced")):
+        fake_runs(monkeypatch, wheel_x=swing, wheel_y=swing + rest_m)
+        claim = paper_001._floating_wheel()
+        assert claim.verdict == verdict
+        assert "swings by 8 um, most at 385 Hz" in claim.as_printed
+
+
+def test_a_motion_whose_halves_differ_is_irregular(monkeypatch: pytest.MonkeyPatch) -> None:
+    time = np.arange(40000) / gearbox_runs.RATE_HZ
+    wave = np.sin(2 * np.pi * 30 * ORDERS["f_o1"] * time)
+    fake_runs(monkeypatch, accelerometer=wave)
+    assert paper_001._steadiness().endswith("rms 0.707 and 0.707, f_o1 1 and 1 m/s2")
+    fake_runs(monkeypatch, accelerometer=wave * np.where(time < 2, 1.0, 1.1))
+    assert paper_001._steadiness().endswith("f_o1 1 and 1.1 m/s2: an irregular motion")
