@@ -214,8 +214,11 @@ def _speed_change_forces(assembly: Assembly, names: dict[str, int], mass: np.nda
 
 def _matrix(entries: dict[tuple[str, str], float], names: dict[str, int]) -> np.ndarray:
     matrix = np.zeros((len(names), len(names)))
-    for (first, second), value in entries.items():
-        matrix[_index(names, first), _index(names, second)] += value
+    try:
+        rows, columns = [names[first] for first, _ in entries], [names[second] for _, second in entries]
+    except KeyError:
+        rows, columns = zip(*((_index(names, a), _index(names, b)) for a, b in entries), strict=True)
+    matrix[rows, columns] = list(entries.values())
     return matrix
 
 

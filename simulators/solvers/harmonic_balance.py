@@ -11,6 +11,7 @@ Nonlinear Vibration Problems, Springer 2019, chapter 2 (alternating frequency-ti
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 
@@ -110,13 +111,14 @@ def harmonic_balance(machine: Machine, *, speed_rpm: float, harmonics: int = 8, 
     instants = 2 ** math.ceil(math.log2(finer * (count + 1)))
     signals = _periodic_signals(plan, instants, revolutions)
     base = profile.speeds_rad_s[0] / revolutions
-    responses = interface_responses(system, base * np.arange(count + 1))
+    resolvents = _resolvents(system.core.tobytes(), base, count)
+    responses = system.motion_rows @ (resolvents @ system.force_columns)
     if system.is_linear:
         motions, residual = _balance_linear(system, plan, signals, responses), 0.0
     else:
         motions, residual = _balance_newton(system, plan, signals, responses)
     forces = _force_harmonics(system, plan, signals, motions, instants)[:, : count + 1]
-    states = _state_responses(system, base * np.arange(count + 1), forces)
+    states = np.einsum("kij,jk->ik", resolvents, system.force_columns @ forces)
     amplitudes = system.probe_rows @ states + system.probe_columns @ forces
     return PeriodicMotion(
         orders=np.arange(count + 1) / revolutions,
@@ -128,19 +130,17 @@ def harmonic_balance(machine: Machine, *, speed_rpm: float, harmonics: int = 8, 
     )
 
 
-def interface_responses(system: System, frequencies_rad_s: np.ndarray) -> np.ndarray:
-    """Return H = C (i w - L)^-1 B for each frequency, shape (frequencies, motions, forces).
+@functools.lru_cache(maxsize=32)
+def _resolvents(core: bytes, base_rad_s: float, count: int) -> np.ndarray:
+    """Return (i k w - L)^-1 for k = 0..count, shape (count + 1, states, states).
 
-    A machine with a motion that nothing holds has no static response there: that part of H(0) is left out.
+    Kept, as runs with other forces on the same core are usual. A machine with a motion that nothing holds has no
+    static response there: that part is left out.
     """
-    return np.stack([system.motion_rows @ _solve(system, w, system.force_columns) for w in frequencies_rad_s])
-
-
-def _solve(system: System, frequency_rad_s: float, columns: np.ndarray) -> np.ndarray:
-    matrix = 1j * frequency_rad_s * np.eye(system.states) - system.core
-    if frequency_rad_s == 0:
-        return _static_response(system.core, columns).astype(complex)
-    return np.linalg.solve(matrix, columns)
+    matrix = np.frombuffer(core).reshape(2 * [math.isqrt(len(core) // 8)])
+    unit = np.eye(matrix.shape[0])
+    moving = np.linalg.inv(1j * base_rad_s * np.arange(1, count + 1)[:, None, None] * unit - matrix)
+    return np.concatenate([_static_response(matrix, unit)[None], moving])
 
 
 def _static_response(core: np.ndarray, columns: np.ndarray) -> np.ndarray:
@@ -152,11 +152,6 @@ def _static_response(core: np.ndarray, columns: np.ndarray) -> np.ndarray:
 
     balanced, (scale, _) = matrix_balance(core, permute=False, separate=True)
     return (np.linalg.lstsq(-balanced, (columns.T / scale).T, rcond=1e-14)[0].T * scale).T
-
-
-def _state_responses(system: System, frequencies_rad_s: np.ndarray, forces: np.ndarray) -> np.ndarray:
-    columns = system.force_columns @ forces
-    return np.stack([_solve(system, w, columns[:, k]) for k, w in enumerate(frequencies_rad_s)], axis=1)
 
 
 def _periodic_signals(plan: ForcePlan, instants: int, revolutions: int) -> list[np.ndarray]:

@@ -1,0 +1,241 @@
+"""The machine as the model knows it, with what is uncertain in it: its own parameters and the gains of the probes.
+
+Lines y = (1 + g) h(z) + model error + noise. z are the machine's parameters with a prior, in standard coordinates; g is
+one complex gain error a probe; the model error of each order at each probe is a random function of speed. Recordings of
+the healthy machine fix all three as far as they can (Gauss-Newton in z), and what is left of the uncertainty is part of
+every later comparison.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...simulators.machine import Machine
+from .coordinates import Coordinate, coordinates_of, values_at
+from .lines import Condition, OrderLines, joined, stacked
+from .predict import Predictor
+
+#: Relative standard deviation of a probe's gain (real and imaginary part): accelerometers and amplifiers in use.
+GAIN_DEVIATION = 0.02
+#: Model error of a line that no healthy recording shows, as a share of its rms over the conditions.
+MODEL_ERROR = 0.01
+#: Change of speed, and of load, over which the model error changes much.
+ERROR_LENGTH_SPEED, ERROR_LENGTH_LOAD = 0.2, 0.5
+#: Standard deviation, in rad, that stands for a free angle.
+FREE_ANGLE = 1.8
+STEP = 1e-3
+MOST_STEPS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Baseline:
+    """A machine, what it shows, and how that depends on what is uncertain.
+
+    Attributes
+    ----------
+    machine : Machine
+    coordinates : tuple of Coordinate
+        Of the machine's uncertain parameters that matter here.
+    position : ndarray (coordinates,)
+    lines : ndarray (conditions, probes, orders), complex
+        What the machine shows at ``position``.
+    slopes : ndarray (unknowns, conditions, probes, orders), complex
+        Derivatives in the coordinates, then in the real and imaginary part of each probe's gain.
+    prior : ndarray (unknowns,)
+        Standard deviations before any measurement, about ``prior_mean``.
+    prior_mean : ndarray (unknowns,)
+        Relative to ``position`` and gain 1.
+    """
+
+    machine: Machine
+    coordinates: tuple[Coordinate, ...]
+    position: np.ndarray
+    lines: np.ndarray
+    slopes: np.ndarray
+    prior: np.ndarray
+    prior_mean: np.ndarray
+
+
+def machine_at(machine: Machine, coordinates: tuple[Coordinate, ...], position: np.ndarray) -> Machine:
+    """Return the machine with its uncertain parameters at a position."""
+    return machine.with_parameters(**values_at(coordinates, position))
+
+
+def start(machine: Machine, predictor: Predictor, *, tell: Callable[[str], None] = lambda _: None) -> Baseline:
+    """Return the machine as given, linearised; parameters that change nothing that is measured are left out."""
+    load = machine.definition.load_parameter
+    declared = [p for p in machine.definition.parameters if p.name != load]
+    coordinates = coordinates_of(declared)
+    values = machine.values
+    position = np.array([c.coordinate(values[c.parameter.name]) for c in coordinates])
+    tell(f"slopes of {len(coordinates)} machine parameters")
+    found = linearised(machine, coordinates, position, predictor)
+    size = np.abs(found.lines).max()
+    strong = [
+        i for i in range(len(coordinates)) if found.prior[i] * np.abs(found.slopes[i]).max() > 1e-4 * max(size, 1e-300)
+    ]
+    kept = [*strong, *range(len(coordinates), found.slopes.shape[0])]
+    return replace(
+        found,
+        coordinates=tuple(coordinates[i] for i in strong),
+        position=position[strong],
+        slopes=found.slopes[kept],
+        prior=found.prior[kept],
+        prior_mean=found.prior_mean[kept],
+    )
+
+
+def linearised(
+    machine: Machine, coordinates: tuple[Coordinate, ...], position: np.ndarray, predictor: Predictor
+) -> Baseline:
+    """Return the machine at a position of its coordinates with its slopes there."""
+    here = machine_at(machine, coordinates, position)
+    lines = predictor.amplitudes(here)
+    slopes = []
+    for i in range(len(coordinates)):
+        step = STEP if coordinates[i].value(position[i] + STEP) != coordinates[i].value(position[i]) else -STEP
+        moved = position.copy()
+        moved[i] += step
+        slopes.append((predictor.amplitudes(machine_at(machine, coordinates, moved)) - lines) / step)
+    probes = lines.shape[1]
+    gains = np.zeros((2 * probes, *lines.shape), dtype=complex)
+    for probe in range(probes):
+        gains[2 * probe, :, probe] = lines[:, probe]
+        gains[2 * probe + 1, :, probe] = 1j * lines[:, probe]
+    prior = [FREE_ANGLE if c.is_angle else 1.0 for c in coordinates] + [GAIN_DEVIATION] * (2 * probes)
+    mean = np.concatenate([np.where([c.is_angle for c in coordinates], 0.0, -position), np.zeros(2 * probes)])
+    return Baseline(
+        here,
+        coordinates,
+        position,
+        lines,
+        np.concatenate([np.array(slopes).reshape(-1, *lines.shape), gains]),
+        np.array(prior),
+        mean,
+    )
+
+
+def calibrated(
+    machine: Machine, healthy: OrderLines, predictor: Predictor, *, tell: Callable[[str], None] = lambda _: None
+) -> Baseline:
+    """Return the machine with its parameters where the healthy lines put them, linearised there.
+
+    Only the healthy conditions are used; ``predictor`` is for those.
+    """
+    current = start(machine, predictor, tell=tell)
+    error = model_error(current.lines, {}, healthy)
+    best = _objective(current, healthy, error)
+    for count in range(MOST_STEPS):
+        tell(f"calibration, step {count + 1}")
+        move = _newton_step(current, healthy, error)[: len(current.coordinates)]
+        accepted = None
+        for share in (1.0, 0.3, 0.1):
+            limited = share * np.clip(move, -1.0, 1.0)
+            trial = linearised(machine, current.coordinates, current.position + limited, predictor)
+            value = _objective(trial, healthy, error)
+            if value < best:
+                accepted, gained, best = trial, best - value, value
+                break
+        if accepted is None:
+            break
+        current = accepted
+        if gained < 0.1:
+            break
+    return current
+
+
+def _newton_step(current: Baseline, lines: OrderLines, error: np.ndarray) -> np.ndarray:
+    """Return the unknowns' most probable change from the current position and unit gains."""
+    seen = lines.seen
+    residual = stacked(lines.amplitudes - current.lines, seen)
+    slopes = stacked(current.slopes, seen)
+    covariance = noise_covariance(lines) + error_covariance(lines.conditions, error, seen)
+    weighted = np.linalg.solve(covariance, slopes.T)
+    precision = np.diag(current.prior**-2)
+    right = weighted.T @ residual + precision @ current.prior_mean
+    return np.linalg.solve(slopes @ weighted + precision, right)
+
+
+def _objective(current: Baseline, lines: OrderLines, error: np.ndarray) -> float:
+    """Return minus the logarithm of the posterior at the best gains, up to a constant."""
+    seen, own = lines.seen, len(current.coordinates)
+    residual = stacked(lines.amplitudes - current.lines, seen)
+    gains = stacked(current.slopes[own:], seen)
+    covariance = noise_covariance(lines) + error_covariance(lines.conditions, error, seen)
+    covariance += (gains.T * current.prior[own:] ** 2) @ gains
+    outside = current.prior_mean[:own] / current.prior[:own]
+    return 0.5 * float(residual @ np.linalg.solve(covariance, residual)) + 0.5 * float(outside @ outside)
+
+
+def noise_covariance(lines: OrderLines) -> np.ndarray:
+    """Return the covariance of the stacked lines' noise, diagonal."""
+    return np.diag(np.tile(lines.deviations[lines.seen] ** 2, 2))
+
+
+def error_covariance(conditions: tuple[Condition, ...], error: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """Return the covariance of the stacked lines' model error.
+
+    Parameters
+    ----------
+    conditions : tuple of Condition
+    error : ndarray (probes, orders)
+        Standard deviation of the real part and of the imaginary part.
+    seen : ndarray (conditions, probes, orders)
+    """
+    kernel = similarity(conditions)
+    condition, probe, order = np.nonzero(seen)
+    same = (probe[:, None] == probe[None, :]) & (order[:, None] == order[None, :])
+    block = same * kernel[np.ix_(condition, condition)] * np.outer(error[probe, order], error[probe, order])
+    zero = np.zeros_like(block)
+    return np.block([[block, zero], [zero, block]])
+
+
+def similarity(conditions: tuple[Condition, ...]) -> np.ndarray:
+    """Return how alike the model errors in two conditions are, from 0 to 1, shape (conditions, conditions)."""
+    speed = np.log([c.speed_rpm for c in conditions])
+    distance = ((speed[:, None] - speed[None, :]) / ERROR_LENGTH_SPEED) ** 2
+    loads = np.array([np.nan if c.load is None else c.load for c in conditions], dtype=float)
+    span = np.nanmax(np.abs(loads)) if np.isfinite(loads).any() else 0.0
+    if span > 0:
+        change = (loads[:, None] - loads[None, :]) / (ERROR_LENGTH_LOAD * span)
+        distance = distance + np.where(np.isfinite(change), change, 0.0) ** 2
+    return np.exp(-0.5 * distance)
+
+
+def model_error(lines: np.ndarray, found: Mapping[tuple[int, int], float], healthy: OrderLines) -> np.ndarray:
+    """Return the model error's standard deviation, shape (probes, orders): a share of the line, or what was found."""
+    error = MODEL_ERROR * np.sqrt((np.abs(lines) ** 2).mean(axis=0) / 2)
+    for (probe, order), value in found.items():
+        error[probe, order] = max(error[probe, order], value)
+    return error
+
+
+def residual_error(current: Baseline, healthy: OrderLines) -> np.ndarray:
+    """Return the model error, shape (probes, orders), that the calibrated machine leaves on healthy lines.
+
+    The rms of the real and imaginary parts that exceeds the noise, after the gains have been fitted.
+    """
+    error = model_error(current.lines, {}, healthy)
+    left = healthy.amplitudes - current.lines - np.tensordot(_newton_step(current, healthy, error), current.slopes, 1)
+    seen = healthy.seen
+    power = np.where(seen, np.abs(left) ** 2 / 2 - np.where(seen, healthy.deviations, 0.0) ** 2, 0.0)
+    count = np.maximum(seen.sum(axis=0), 1)
+    return np.sqrt(np.maximum(power.sum(axis=0) / count, error**2))
+
+
+__all__ = [
+    "Baseline",
+    "calibrated",
+    "error_covariance",
+    "joined",
+    "linearised",
+    "machine_at",
+    "model_error",
+    "noise_covariance",
+    "residual_error",
+    "similarity",
+    "start",
+]

@@ -1,0 +1,99 @@
+"""Parameters in standard coordinates: where the prior of each is a unit normal, or flat on a circle for an angle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...simulators.parameter import LogNormal, Normal, Parameter, Uniform
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One parameter with a prior.
+
+    Attributes
+    ----------
+    parameter : Parameter
+        Its prior is not None.
+    """
+
+    parameter: Parameter
+
+    @property
+    def is_angle(self) -> bool:
+        """Whether every direction of a full turn is equally likely, so that the coordinate has no ends."""
+        prior = self.parameter.prior
+        full_turn = isinstance(prior, Uniform) and abs(prior.high - prior.low - 2 * math.pi) < 1e-6
+        return full_turn and self.parameter.unit == "rad"
+
+    @property
+    def precision(self) -> float:
+        """Precision of the prior in the coordinate: 1, or 0 on a circle."""
+        return 0.0 if self.is_angle else 1.0
+
+    @property
+    def log_constant(self) -> float:
+        """Logarithm of the prior density at coordinate 0."""
+        return -math.log(2 * math.pi) * (1.0 if self.is_angle else 0.5)
+
+    def value(self, coordinate: float) -> float:
+        """Return the parameter's value, kept within its bounds."""
+        prior = self.parameter.prior
+        if self.is_angle:
+            raw = math.remainder(coordinate, 2 * math.pi)
+        elif isinstance(prior, LogNormal):
+            raw = prior.median * prior.factor**coordinate
+        elif isinstance(prior, Normal):
+            raw = prior.mean + prior.deviation * coordinate
+        else:
+            assert isinstance(prior, Uniform)
+            raw = prior.low + (prior.high - prior.low) * _normal_share(coordinate)
+        low, high = self.parameter.bounds
+        return min(max(raw, low), high)
+
+    def coordinate(self, value: float) -> float:
+        """Return the coordinate of a value; far outside the prior, 4 standard deviations."""
+        prior = self.parameter.prior
+        if self.is_angle:
+            return math.remainder(value, 2 * math.pi)
+        if isinstance(prior, LogNormal):
+            return math.log(max(value, 1e-300) / prior.median) / math.log(prior.factor)
+        if isinstance(prior, Normal):
+            return (value - prior.mean) / prior.deviation
+        assert isinstance(prior, Uniform)
+        return _normal_quantile((value - prior.low) / (prior.high - prior.low))
+
+    def quantiles(self, count: int) -> list[float]:
+        """Return coordinates of equally likely parts of the prior, their middles; evenly round a circle."""
+        if self.is_angle:
+            return [2 * math.pi * k / count for k in range(count)]
+        return [_normal_quantile((k + 0.5) / count) for k in range(count)]
+
+
+def coordinates_of(parameters: Sequence[Parameter]) -> tuple[Coordinate, ...]:
+    """Return the coordinates of the parameters that have a prior; the others are given, not estimated."""
+    return tuple(Coordinate(parameter) for parameter in parameters if parameter.prior is not None)
+
+
+def values_at(coordinates: Sequence[Coordinate], position: np.ndarray) -> dict[str, float]:
+    """Return the parameters' values by name at a position, shape (coordinates,)."""
+    return {c.parameter.name: c.value(float(z)) for c, z in zip(coordinates, position, strict=True)}
+
+
+def log_prior(coordinates: Sequence[Coordinate], position: np.ndarray) -> float:
+    """Return the logarithm of the prior density at a position."""
+    return sum(c.log_constant - 0.5 * c.precision * float(z) ** 2 for c, z in zip(coordinates, position, strict=True))
+
+
+def _normal_share(coordinate: float) -> float:
+    return 0.5 * math.erfc(-coordinate / math.sqrt(2))
+
+
+def _normal_quantile(share: float) -> float:
+    from scipy.special import ndtri
+
+    return float(np.clip(ndtri(min(max(share, 0.0), 1.0)), -4.0, 4.0))

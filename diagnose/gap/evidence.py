@@ -1,0 +1,167 @@
+"""Gaussian comparison of lines: what the healthy recordings leave uncertain, and how probable a residual is under it.
+
+The lines of the healthy conditions and of the conditions to explain share the machine's unknowns and the model error:
+they are one Gaussian vector, and what the healthy lines say is conditioned on. A hypothesis adds a response u. Each of
+its orders but the strongest may be wrong by a complex factor of standard deviation `LAW_TOLERANCE`, as no law holds
+exactly; the factor of the strongest is its strength.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .baseline import Baseline, error_covariance, noise_covariance
+from .lines import OrderLines, joined, stacked
+
+LAW_TOLERANCE = 0.15
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Lines to explain against what is expected without any effect.
+
+    Attributes
+    ----------
+    lines : OrderLines
+    expected : ndarray (conditions, probes, orders), complex
+    covariance : ndarray (reals, reals)
+        Of the stacked residual without any effect.
+    factor : ndarray (reals, reals)
+        Its lower Cholesky factor.
+    residual : ndarray (reals,)
+        Stacked, whitened: a unit normal vector when nothing is wrong.
+    log_constant : float
+        Logarithm of the density of the residual at zero.
+    """
+
+    lines: OrderLines
+    expected: np.ndarray
+    covariance: np.ndarray
+    factor: np.ndarray
+    residual: np.ndarray
+    log_constant: float
+
+    @property
+    def seen(self) -> np.ndarray:
+        """Where lines are compared."""
+        return self.lines.seen
+
+    def whitened(self, response: np.ndarray) -> np.ndarray:
+        """Return responses (..., conditions, probes, orders) as whitened real vectors (..., reals)."""
+        from scipy.linalg import solve_triangular
+
+        flat = stacked(response, self.seen)
+        return solve_triangular(self.factor, flat.reshape(-1, flat.shape[-1]).T, lower=True).T.reshape(flat.shape)
+
+    def detectability(self, response: np.ndarray) -> float:
+        """Return d2: the squared length of a response in standard deviations of everything uncertain."""
+        white = self.whitened(response)
+        return float(white @ white)
+
+
+def comparison(
+    lines: OrderLines, baseline: Baseline, healthy: OrderLines | None, at_healthy: Baseline | None, error: np.ndarray
+) -> Comparison:
+    """Return the lines against what the machine, and its healthy lines if there are any, let expect.
+
+    Parameters
+    ----------
+    lines : OrderLines
+        To explain.
+    baseline, at_healthy : Baseline
+        The machine in these conditions, and in the healthy ones: with the same unknowns.
+    healthy : OrderLines, optional
+    error : ndarray (probes, orders)
+        Standard deviation of the model error.
+    """
+    unknown = baseline.prior**2
+    if healthy is None or at_healthy is None:
+        expected = baseline.lines + np.tensordot(baseline.prior_mean, baseline.slopes, 1)
+        slopes = stacked(baseline.slopes, lines.seen)
+        covariance = (slopes.T * unknown) @ slopes + error_covariance(lines.conditions, error, lines.seen)
+        return _compared(lines, expected, covariance + noise_covariance(lines))
+    both = joined(healthy, lines)
+    model = np.concatenate([at_healthy.lines, baseline.lines])
+    slopes = np.concatenate([at_healthy.slopes, baseline.slopes], axis=1)
+    expected = model + np.tensordot(baseline.prior_mean, slopes, 1)
+    flat = stacked(slopes, both.seen)
+    shared = (flat.T * unknown) @ flat + error_covariance(both.conditions, error, both.seen)
+    whole = shared + noise_covariance(both)
+    known = np.zeros(both.seen.shape, dtype=bool)
+    known[: len(healthy.conditions)] = True
+    first = np.tile(known[both.seen], 2)
+    residual = stacked(both.amplitudes - expected, both.seen)
+    weights = np.linalg.solve(whole[np.ix_(first, first)], whole[np.ix_(first, ~first)])
+    shift = weights.T @ residual[first]
+    covariance = whole[np.ix_(~first, ~first)] - weights.T @ whole[np.ix_(first, ~first)]
+    return _compared(lines, expected[len(healthy.conditions) :] + _unstacked(shift, lines.seen), covariance)
+
+
+def _compared(lines: OrderLines, expected: np.ndarray, covariance: np.ndarray) -> Comparison:
+    from scipy.linalg import solve_triangular
+
+    # Rounding may leave a tiny negative direction where slopes and errors are far larger than the noise.
+    covariance = (covariance + covariance.T) / 2 + np.diag(1e-12 * np.diag(covariance))
+    factor = np.linalg.cholesky(covariance)
+    residual = solve_triangular(factor, stacked(lines.amplitudes - expected, lines.seen), lower=True)
+    constant = -float(np.log(np.diag(factor)).sum()) - 0.5 * residual.size * math.log(2 * math.pi)
+    return Comparison(lines, expected, covariance, factor, residual, constant)
+
+
+def _unstacked(values: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    half = values.size // 2
+    result = np.zeros(seen.shape, dtype=complex)
+    result[seen] = values[:half] + 1j * values[half:]
+    return result
+
+
+def law_columns(compared: Comparison, response: np.ndarray) -> np.ndarray:
+    """Return the whitened directions in which a response's law may be wrong, shape (directions, reals)."""
+    power = np.array([compared.detectability(_only(response, k)) for k in range(response.shape[-1])])
+    weaker = [k for k, own in enumerate(power) if own > 1e-3 and k != int(np.argmax(power))]
+    if not weaker:
+        return np.zeros((0, compared.residual.size))
+    parts = np.stack([_only(response, k) for k in weaker])
+    return LAW_TOLERANCE * compared.whitened(np.concatenate([parts, 1j * parts]))
+
+
+def _only(response: np.ndarray, order: int) -> np.ndarray:
+    part = np.zeros_like(response)
+    part[..., order] = response[..., order]
+    return part
+
+
+@dataclass(frozen=True, eq=False)
+class Widened:
+    """The unit covariance of whitened lines, widened by directions: I + D' D.
+
+    Attributes
+    ----------
+    directions : ndarray (directions, reals)
+    """
+
+    directions: np.ndarray
+
+    @property
+    def _inner(self) -> np.ndarray:
+        return np.eye(self.directions.shape[0]) + self.directions @ self.directions.T
+
+    def solve(self, vectors: np.ndarray) -> np.ndarray:
+        """Return (I + D' D)^-1 v for vectors (..., reals)."""
+        if not self.directions.size:
+            return vectors
+        inside = np.linalg.solve(self._inner, self.directions @ vectors.reshape(-1, vectors.shape[-1]).T)
+        return vectors - (inside.T @ self.directions).reshape(vectors.shape)
+
+    @property
+    def log_determinant(self) -> float:
+        """Return ln |I + D' D|."""
+        return float(np.linalg.slogdet(self._inner)[1]) if self.directions.size else 0.0
+
+
+def log_density(compared: Comparison, residual: np.ndarray, widened: Widened) -> float:
+    """Return the logarithm of the density of a whitened residual under a widened covariance."""
+    return compared.log_constant - 0.5 * float(residual @ widened.solve(residual)) - 0.5 * widened.log_determinant

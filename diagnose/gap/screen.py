@@ -1,0 +1,243 @@
+"""A first look at every candidate: its responses on a coarse grid, its best strength and angle in closed form.
+
+Two properties, tested for each candidate on this machine, save most evaluations. A response that doubles with its
+strength needs one strength only. A response of a part that turns with the shaft only shifts the phase of order k by k
+times its angle, and needs one angle only.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...simulators.machine import Machine
+from .coordinates import log_prior
+from .evidence import Comparison, Widened, law_columns, log_density
+from .hypotheses import Candidate
+from .predict import Predictor, UnpredictableError
+
+ANGLES = 24
+#: Levels of a strength that is not proportional, of a free angle that does not only turn, of any other parameter.
+STRENGTH_LEVELS, ANGLE_LEVELS, SHAPE_LEVELS = 5, 8, 3
+MOST_SHAPES = 8
+#: More responses than this are not computed for one candidate: a fixed sample of the grid.
+MOST_ATOMS = 40
+#: Relative error up to which a response counts as proportional to its strength, or as turned by its angle.
+CLOSE = 0.05
+#: Factor over which a response that is not proportional is followed from where it was computed.
+NEAR = 1.5
+#: Factor over which one that is proportional is followed.
+FAR = 1e3
+#: Atoms of a candidate whose evidence is computed with the law's tolerance.
+FINALISTS = 3
+
+Response = Callable[[np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class Atom:
+    """A response of a candidate at one position of its coordinates.
+
+    Attributes
+    ----------
+    position : ndarray (coordinates,)
+    response : ndarray (conditions, probes, orders), complex
+    moving : tuple of int
+        Coordinates of the strengths that are not at zero.
+    proportional : bool
+        Whether the response is proportional to them.
+    turning : int
+        Coordinate whose angle only turns the response; -1 for none.
+    """
+
+    position: np.ndarray
+    response: np.ndarray
+    moving: tuple[int, ...]
+    proportional: bool
+    turning: int
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """Where the search for a candidate's best values begins, and a rough evidence there.
+
+    Attributes
+    ----------
+    candidate : Candidate
+    position : ndarray (coordinates,)
+    score : float
+        Logarithm of the likelihood and the prior, the law's tolerance included.
+    """
+
+    candidate: Candidate
+    position: np.ndarray
+    score: float
+
+
+def atoms_of(candidate: Candidate, machine: Machine, predictor: Predictor) -> tuple[Atom, ...]:
+    """Return the responses of one candidate on a coarse grid; none where its motion cannot be computed."""
+    base = predictor.amplitudes(machine)
+
+    def response(position: np.ndarray) -> np.ndarray:
+        return predictor.amplitudes(machine.with_effects(candidate.at(position))) - base
+
+    found: list[Atom] = []
+    sets = _strength_sets(candidate)
+    for moving in sets:
+        try:
+            found += _atoms(candidate, response, moving, np.array(predictor.orders), most=MOST_ATOMS // len(sets))
+        except UnpredictableError:
+            continue
+    return tuple(found)
+
+
+def _strength_sets(candidate: Candidate) -> list[tuple[int, ...]]:
+    """Return which strengths act together: each alone, and all."""
+    strengths = candidate.strengths
+    return [strengths] if len(strengths) < 2 else [*((one,) for one in strengths), strengths]
+
+
+def _atoms(
+    candidate: Candidate, response: Response, moving: tuple[int, ...], orders: np.ndarray, *, most: int
+) -> list[Atom]:
+    coordinates = candidate.coordinates
+    centre = np.zeros(len(coordinates))
+    for i in candidate.strengths:
+        if i not in moving:
+            centre[i] = coordinates[i].coordinate(coordinates[i].parameter.zero or 0.0)
+    first = response(centre)
+    if not np.abs(first).max() > 0:
+        return []
+    angles = [i for i, c in enumerate(coordinates) if c.is_angle]
+    turning = next((i for i in angles if _only_turns(response, centre, first, i, orders)), -1)
+    proportional = bool(moving) and _is_proportional(candidate, response, centre, first, moving)
+    others = [i for i in range(len(coordinates)) if i not in candidate.strengths and i != turning]
+    positions = _spread(candidate, centre, others)
+    if moving and not proportional:
+        levels = zip(*(coordinates[i].quantiles(STRENGTH_LEVELS) for i in moving), strict=True)
+        positions = [_with(position, moving, level) for level in list(levels) for position in positions]
+    if len(positions) > most:
+        positions = [positions[i] for i in np.random.default_rng(1).permutation(len(positions))[:most]]
+    found = []
+    for position in positions:
+        try:
+            found.append(Atom(position, response(position), moving, proportional, turning))
+        except UnpredictableError:
+            continue
+    return found
+
+
+def _with(position: np.ndarray, numbers: Sequence[int], values: Sequence[float]) -> np.ndarray:
+    changed = position.copy()
+    changed[list(numbers)] = values
+    return changed
+
+
+def _spread(candidate: Candidate, centre: np.ndarray, others: Sequence[int]) -> list[np.ndarray]:
+    """Return positions over the remaining coordinates: all combinations of few, a fixed sample of many."""
+    if not others:
+        return [centre]
+    coordinates = candidate.coordinates
+    levels = [coordinates[i].quantiles(ANGLE_LEVELS if coordinates[i].is_angle else SHAPE_LEVELS) for i in others]
+    whole = list(itertools.product(*levels))
+    if len(whole) > MOST_SHAPES + 1:
+        generator = np.random.default_rng(0)
+        whole = [whole[i] for i in generator.permutation(len(whole))[:MOST_SHAPES]]
+    return [_with(centre, others, values) for values in whole]
+
+
+def _only_turns(response: Response, centre: np.ndarray, first: np.ndarray, number: int, orders: np.ndarray) -> bool:
+    found = response(_with(centre, [number], [centre[number] + 1.0]))
+    return _differs_by(found, first * np.exp(1j * orders)) < CLOSE
+
+
+def _is_proportional(
+    candidate: Candidate, response: Response, centre: np.ndarray, first: np.ndarray, moving: tuple[int, ...]
+) -> bool:
+    for factor in (2.0, 0.5):
+        scaled = scaled_strengths(candidate, centre, moving, factor)
+        if scaled is not None:
+            return _differs_by(response(scaled), factor * first) < CLOSE
+    return False
+
+
+def scaled_strengths(
+    candidate: Candidate, position: np.ndarray, moving: Sequence[int], factor: float
+) -> np.ndarray | None:
+    """Return the position where the strengths are ``factor`` times as large; None where a bound forbids it."""
+    values = []
+    for i in moving:
+        one = candidate.coordinates[i]
+        zero = one.parameter.zero or 0.0
+        wanted = zero + factor * (one.value(position[i]) - zero)
+        values.append(one.coordinate(wanted))
+        if abs(one.value(values[-1]) - wanted) > 1e-3 * abs(wanted - zero):
+            return None
+    return _with(position, moving, values)
+
+
+def _differs_by(found: np.ndarray, wanted: np.ndarray) -> float:
+    """Return the largest relative difference over the probes."""
+    size = np.sqrt((np.abs(wanted) ** 2).sum(axis=(0, 2)))
+    away = np.sqrt((np.abs(found - wanted) ** 2).sum(axis=(0, 2)))
+    return float((away / np.maximum(size, 1e-6 * size.max() + 1e-300)).max())
+
+
+def starts(
+    candidate: Candidate, atoms: Sequence[Atom], compared: Comparison, *, residual: np.ndarray | None = None
+) -> list[Start]:
+    """Return the candidate's best starts, best first.
+
+    Parameters
+    ----------
+    candidate : Candidate
+    atoms : sequence of Atom
+    compared : Comparison
+    residual : ndarray (reals,), optional
+        Whitened, when something else has been taken off already.
+    """
+    wanted = compared.residual if residual is None else residual
+    orders = np.array(compared.lines.orders)
+    rated: list[tuple[float, np.ndarray, np.ndarray]] = []
+    for atom in atoms:
+        for angle, response, white in _turned(atom, compared, orders):
+            power = float(white @ white)
+            if power < 1e-9:
+                continue
+            reach = FAR if atom.proportional else NEAR
+            scale = min(max(float(white @ wanted) / power, 1 / reach), reach)
+            position = _scaled_down(candidate, atom, scale)
+            if position is None:
+                continue
+            if atom.turning >= 0:
+                position[atom.turning] += angle
+            gain = scale * float(white @ wanted) - 0.5 * scale**2 * power + log_prior(candidate.coordinates, position)
+            rated.append((gain, position, scale * response))
+    rated.sort(key=lambda item: -item[0])
+    found = []
+    for _, position, response in rated[:FINALISTS]:
+        law = Widened(law_columns(compared, response))
+        value = log_density(compared, wanted - compared.whitened(response), law)
+        found.append(Start(candidate, position, value + log_prior(candidate.coordinates, position)))
+    return sorted(found, key=lambda one: -one.score)
+
+
+def _scaled_down(candidate: Candidate, atom: Atom, scale: float) -> np.ndarray | None:
+    """Return the position of the scaled atom; the nearest allowed one where a bound is in the way."""
+    if not atom.moving:
+        return atom.position.copy()
+    found = scaled_strengths(candidate, atom.position, atom.moving, scale)
+    if found is None and not atom.proportional:
+        return atom.position.copy()
+    return found
+
+
+def _turned(atom: Atom, compared: Comparison, orders: np.ndarray) -> list[tuple[float, np.ndarray, np.ndarray]]:
+    if atom.turning < 0:
+        return [(0.0, atom.response, compared.whitened(atom.response))]
+    angles = 2 * np.pi * np.arange(ANGLES) / ANGLES
+    turned = atom.response * np.exp(1j * np.multiply.outer(angles, orders))[:, None, None, :]
+    return list(zip(angles.tolist(), turned, compared.whitened(turned), strict=True))
