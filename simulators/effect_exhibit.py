@@ -157,7 +157,7 @@ def _rises(
 def picture(shown: Exhibit, *, width: int = 300, height: int = 110) -> str:
     """Return the two spectra as SVG text: grey without, blue with the effect; marks below at the declared lines.
 
-    Across: orders of the shaft. Up: peak amplitude, a line for each decade, the highest with its value and unit.
+    Across: orders of the shaft. Up: peak amplitude, a line for each decade; lowest and highest value stand above.
     """
     low, high = _range(shown)
     inside = (shown.orders >= low) & (shown.orders <= high)
@@ -188,8 +188,7 @@ def picture(shown: Exhibit, *, width: int = 300, height: int = 110) -> str:
     labels = [
         text.format(x=left, y=height - 4, anchor="start", what=f"{low:.3g}X"),
         text.format(x=width / 2, y=height - 4, anchor="middle", what=f"orders; {shown.machine}, {shown.probe.name}"),
-        text.format(x=left, y=ceiling - 4, anchor="start", what=f"{top:.2g} {shown.probe.unit}"),
-        text.format(x=left, y=floor - 2, anchor="start", what=f"{top / 10**decades:.1g}"),
+        text.format(x=left, y=ceiling - 4, anchor="start", what=_scale_text(top, decades, shown.probe.unit)),
         text.format(x=right, y=height - 4, anchor="end", what=f"{high:.3g}X"),
     ]
     size = f'width="{width}" height="{height}" viewBox="0 0 {width} {height}"'
@@ -204,6 +203,10 @@ def picture(shown: Exhibit, *, width: int = 300, height: int = 110) -> str:
         "</svg>",
     ]
     return "\n".join(parts) + "\n"
+
+
+def _scale_text(top: float, decades: int, unit: str) -> str:
+    return f"{top / 10**decades:.1g} to {top:.2g} {unit}"
 
 
 def _range(shown: Exhibit) -> tuple[float, float]:

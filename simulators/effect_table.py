@@ -31,7 +31,7 @@ knows another.
 
 This table is made by `python -m rotorwise.simulators.effect_table` (with names: only those rows); do not edit it by
 hand. Pictures: peak amplitude over orders of the shaft at {SPEED_RPM:g} rpm, a line for each decade with the values
-of the highest and the lowest, grey without and blue with the effect at its default values; red marks stand at the
+of the lowest and the highest, grey without and blue with the effect at its default values; red marks stand at the
 declared lines. *Growth* is that of the force behind a line, away from resonances. *Rise* is the line that rose most in
 the picture (the floor, for an effect without lines of its own).
 """

@@ -85,13 +85,31 @@ def test_slow_gears_roll_along_with_the_error(at):
     for load in (20.0, 60.0):
         machine = BOX.with_parameters(load_torque_n_m=load)
         base, bent = (
-            m.simulate(speed_rpm=60.0, duration_s=0.4, rate_hz=4000.0, settle_s=0.4).probe("transmission error")
+            m.simulate(speed_rpm=60.0, duration_s=0.2, rate_hz=4000.0, settle_s=0.3).probe("transmission error")
             for m in (machine, machine.with_effects(effect(at)))
         )
         phase = 2 * np.pi * np.arange(base.size) / 4000.0 * (RATIO if at == "wheel" else 1.0)
         assert bent - base == pytest.approx(RUN_OUT * np.sin(phase), abs=0.02 * RUN_OUT)
         found.append(bent - base)
     assert found[0] == pytest.approx(found[1], abs=0.02 * RUN_OUT)
+
+
+def test_what_inertia_holds_back_makes_sidebands_that_grow_as_speed_squared():
+    """Of gears alone; a motor whose torque falls with speed brakes the slow wave too, in proportion to speed."""
+    gears, sizes = BOX.with_parameters(motor_slope_n_m_s_rad=0.0), []
+    for speed_rpm in (300.0, 600.0):
+        runs = [
+            m.simulate(speed_rpm=speed_rpm, duration_s=240 / speed_rpm, rate_hz=8192.0, settle_s=0.4)
+            for m in (gears, gears.with_effects(effect()))
+        ]
+        base, bent = (run.probe("transmission error") for run in runs)
+        window = np.hanning(base.size)
+        lines = [
+            abs(np.sum((bent - base) * window * np.exp(-1j * order * runs[0].phase_rad)))
+            for order in (PINION_TEETH - 1, PINION_TEETH + 1)
+        ]
+        sizes.append(np.array(lines) / window.sum())
+    assert sizes[1] / sizes[0] == pytest.approx(4.0, rel=0.03)
 
 
 def acceleration(*effects, turns):
