@@ -1,8 +1,9 @@
 """How severe misalignment makes the vibration of a linear machine, by the measure that a zone table asks for.
 
 The steady motion is affine in offset and angle (see `rotorwise.simulators.threshold_map`), so that the complex
-amplitudes of three solutions give every other. Levels: the largest distance from the centre in a turn; peak to peak in
-a turn; or the rms of the orders inside a band, sqrt(sum |A_n|^2 / 2), with acceleration divided by n w for a velocity.
+amplitudes of three solutions give every other. Levels: the largest distance from the centre in a turn, sqrt(x^2 + y^2)
+of the two probes at one place; peak to peak in a turn; or the rms of the orders inside a band, sqrt(sum |A_n|^2 / 2),
+with acceleration divided by n w for a velocity.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from ..simulators.assembly import Probe
 from ..simulators.effects.coupling_misalignment import CouplingMisalignment
 from ..simulators.errors import InvalidValueError
 from ..simulators.machine import Machine
-from ..simulators.threshold_map import ThresholdMap, threshold_map
+from ..simulators.threshold_map import ThresholdMap
 from .zones.choose import fits
 from .zones.table import TABLE_UNIT_TO_SI, ZoneRow
 
@@ -110,9 +111,8 @@ def misalignment_levels(
     """
     limits = [_limits(row, speed_rpm, clearance_m) for row in rows]
     names = tuple(probe.name for probe in probes)
-    turning = any(row.detector != "zero-to-max" for row in rows)
-    parts = _amplitudes(machine, speed_rpm, names) if turning else np.empty(0)
-    made = [_map(machine, speed_rpm, offsets_m, angles_rad, probes, row, parts) for row in rows]
+    parts = _amplitudes(machine, speed_rpm, names)
+    made = [_map(speed_rpm, offsets_m, angles_rad, probes, row, parts) for row in rows]
     levels = made[0].peaks
     for other, own in zip(made[1:], limits[1:], strict=True):
         levels = np.maximum(levels, _on_scale(other.peaks, own, limits[0]))
@@ -132,7 +132,6 @@ def _on_scale(levels: np.ndarray, own: Sequence[float], scale: Sequence[float]) 
 
 
 def _map(
-    machine: Machine,
     speed_rpm: float,
     offsets: np.ndarray,
     angles: np.ndarray,
@@ -141,14 +140,30 @@ def _map(
     parts: np.ndarray,
 ) -> ThresholdMap:
     names = tuple(probe.name for probe in probes)
-    if row.detector == "zero-to-max":
-        whole = threshold_map(machine, speed_rpm, offsets, angles, harmonics=HARMONICS)
-        return replace(whole, probes=names, peaks=whole.peaks[[whole.probes.index(name) for name in names]])
     if row.detector == "rms":
         weights = np.array([_band_weights(probe, row, speed_rpm) for probe in probes])
         return ThresholdMap(names, offsets, angles, _rms(parts * weights, offsets, angles))
     phase = np.exp(2j * np.pi * np.outer(np.arange(HARMONICS + 1), np.arange(_INSTANTS) / _INSTANTS))
-    return ThresholdMap(names, offsets, angles, _peak_to_peak(np.real(parts @ phase), offsets, angles))
+    waves = np.real(parts @ phase)
+    if row.detector == "zero-to-max":
+        pairs = _pairs(probes)
+        return ThresholdMap(tuple(pairs), offsets, angles, _radius(waves, list(pairs.values()), offsets, angles))
+    return ThresholdMap(names, offsets, angles, _peak_to_peak(waves, offsets, angles))
+
+
+def _pairs(probes: Sequence[Probe]) -> dict[str, tuple[int, int]]:
+    """Return the numbers of the x and the y probe at each place that has both."""
+    there = {(probe.location, probe.direction): number for number, probe in enumerate(probes)}
+    places = dict.fromkeys(probe.location for probe in probes)
+    pairs = {
+        place: (there[place, "x"], there[place, "y"]) for place in places if {(place, "x"), (place, "y")} <= set(there)
+    }
+    if not pairs:
+        raise InvalidValueError(
+            f"Probes {', '.join(probe.name for probe in probes)}; allowed for this table: an x and a y probe at one "
+            "place, whose distance from the centre it judges. Name another table (--zones)."
+        )
+    return pairs
 
 
 def _band_weights(probe: Probe, row: ZoneRow, speed_rpm: float) -> np.ndarray:
@@ -202,4 +217,15 @@ def _peak_to_peak(waves: np.ndarray, offsets: np.ndarray, angles: np.ndarray) ->
     for probe, (base, offset, angle) in enumerate(waves.transpose(1, 0, 2)):
         for i, value in enumerate(offsets):
             found[probe, i] = np.ptp(base + value * offset + np.multiply.outer(angles, angle), axis=1)
+    return found
+
+
+def _radius(waves: np.ndarray, pairs: Sequence[tuple[int, int]], offsets: np.ndarray, angles: np.ndarray) -> np.ndarray:
+    """Return the largest sqrt(x^2 + y^2) in a turn, shape (pairs, offsets, angles)."""
+    found = np.empty((len(pairs), offsets.size, angles.size))
+    for number, pair in enumerate(pairs):
+        base, offset, angle = waves[:, list(pair)]
+        for i, value in enumerate(offsets):
+            along, across = np.moveaxis(base + value * offset + np.multiply.outer(angles, angle), 1, 0)
+            found[number, i] = np.hypot(along, across).max(axis=1)
     return found

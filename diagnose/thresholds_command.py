@@ -244,7 +244,7 @@ def _grid(answer: _Answer, offset_max: float | None, angle_max: float | None) ->
         borne = [
             [
                 largest(row, values, levels.limits[2])[0] or 0.0
-                for row in levels.map.peaks.reshape(len(answer.probes), -1)
+                for row in levels.map.peaks.reshape(len(levels.map.probes), -1)
             ]
             for levels, values in zip(along, (along[0].map.offsets_m, along[1].map.angles_rad), strict=True)
         ]

@@ -94,11 +94,19 @@ def test_slow_machines_are_judged_from_2_hz() -> None:
     assert slow.map.peaks[0, 2, 0] >= first * (1 - 1e-9)
 
 
-def test_shaft_levels_are_the_threshold_map_and_peak_to_peak() -> None:
+def test_shaft_levels_are_the_largest_radius_and_peak_to_peak() -> None:
     machine = find_machine("amb_rotor")
     made = levels(machine, "iso14839-2", 4000.0, clearance_m=125e-6)
     assert made.limits == pytest.approx((37.5e-6, 50e-6, 62.5e-6))
-    np.testing.assert_array_equal(made.map.peaks, threshold_map(machine, 4000.0, OFFSETS, ANGLES, harmonics=16).peaks)
+    # As analyse judges a record: the distance from the centre, not one of its two components.
+    assert made.map.probes == ("bearing_1", "bearing_2")
+    one = threshold_map(machine, 4000.0, OFFSETS, ANGLES, harmonics=16).peaks.reshape(2, 2, 3, 3)
+    assert np.all(made.map.peaks >= one.max(axis=1) * (1 - 1e-9))
+    assert np.all(made.map.peaks <= np.hypot(one[:, 0], one[:, 1]) * (1 + 1e-9))
+    for offset, angle in ((0, 0), (2, 1), (1, 2)):
+        turned = harmonic_balance(misaligned(machine, OFFSETS[offset], ANGLES[angle]), speed_rpm=4000.0, harmonics=16)
+        x, y = turned.waveform(np.linspace(0, 2 * math.pi, 4000)).reshape(2, 2, -1).transpose(1, 0, 2)
+        assert made.map.peaks[:, offset, angle] == pytest.approx(np.hypot(x, y).max(axis=1), rel=1e-3)
     swing = levels(machine, "iso20816-3-shaft", 4000.0)
     motion = harmonic_balance(misaligned(machine, 1e-3, 0.02), speed_rpm=4000.0, harmonics=16)
     waves = motion.waveform(np.linspace(0, 2 * math.pi, 4000))
@@ -136,6 +144,21 @@ def test_largest_value_within_a_limit() -> None:
     assert largest(np.array([0.0, 3.0, 0.0]), np.array([0.0, 1.0, 2.0]), 1.5) == (0.5, False)
 
 
+def test_a_radius_needs_both_directions_at_one_place() -> None:
+    machine = find_machine("amb_rotor")
+    rows = find_table("iso14839-2").rows
+    with pytest.raises(InvalidValueError, match="an x and a y probe at one place"):
+        misalignment_levels(
+            machine,
+            speed_rpm=4000.0,
+            offsets_m=OFFSETS,
+            angles_rad=ANGLES,
+            probes=machine.bare_assembly().probes[1:3],
+            rows=rows,
+            clearance_m=1e-4,
+        )
+
+
 def test_a_table_that_does_not_fit_is_refused() -> None:
     probes = find_machine("amb_rotor").bare_assembly().probes
     with pytest.raises(InvalidValueError, match=r"judges housing .*; the probes measure displacement in m"):
@@ -148,7 +171,8 @@ def test_a_table_that_does_not_fit_is_refused() -> None:
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], Path]:
     page = tmp_path_factory.mktemp("thresholds") / "map.html"
-    done = rotorwise("amb_rotor", "--speed", 4000, "--json", "-o", page, "--offset-max", 5e-4, "--angle-max", 2)
+    asked = ("--json", "-o", page, "--offset-max", 5e-4, "--angle-max", 2, "--set", "unbalance_kg_m=1e-4")
+    done = rotorwise("amb_rotor", "--speed", 4000, *asked)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout), page
 
@@ -158,11 +182,13 @@ def test_json_states_what_each_path_bears(made: tuple[dict[str, Any], Path]) -> 
     found, _ = made
     assert found["zones"] == "iso14839-2"
     assert found["boundaries"] == pytest.approx([37.5, 50.0, 62.5])
-    assert [one["path"] for one in found["paths"]] == [f"path_{n}" for n in range(1, 5)]
+    assert [one["path"] for one in found["paths"]] == ["bearing_1", "bearing_2"]
     for k, one in enumerate(found["paths"]):
         for offset, angle in ((one["largest_offset_m"], 0.0), (0.0, math.radians(one["largest_angle_deg"]))):
-            motion = harmonic_balance(misaligned(find_machine("amb_rotor"), offset, angle), speed_rpm=4000.0)
-            peak = np.abs(motion.waveform(np.linspace(0, 2 * math.pi, 4000)))[k].max()
+            machine = find_machine("amb_rotor").with_parameters(unbalance_kg_m=1e-4)
+            motion = harmonic_balance(misaligned(machine, offset, angle), speed_rpm=4000.0)
+            x, y = motion.waveform(np.linspace(0, 2 * math.pi, 4000))[2 * k : 2 * k + 2]
+            peak = np.hypot(x, y).max()
             assert peak == pytest.approx(50e-6, rel=1e-3)
 
 
@@ -223,7 +249,7 @@ def test_page_draws_each_zone_where_its_limit_says(made: tuple[dict[str, Any], P
         "return document.querySelector('.canvas').data.filter((t) => t.type === 'heatmap')"
         ".map((t) => [t.zmin, t.zmax, t.colorscale.map((pair) => pair[0])])"
     )
-    assert len(maps) == 4
+    assert len(maps) == 2
     for low, high, edges in maps:
         assert [low + (high - low) * edge for edge in edges[1:-1:2]] == pytest.approx([37.5, 50.0, 62.5])
     assert browser.get_log("browser") == []
