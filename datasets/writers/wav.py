@@ -25,9 +25,7 @@ def write(recording: Recording, path: Path, *, notes: Mapping[str, str]) -> None
     Raises
     ------
     InvalidValueError
-        For a rate under 1 Hz or more channels than the format holds.
-    OSError
-        When the file cannot be written.
+        For a rate under 1 Hz, more channels than the format holds, or a file that cannot be written.
     """
     import soundfile
 
@@ -49,4 +47,6 @@ def write(recording: Recording, path: Path, *, notes: Mapping[str, str]) -> None
     except (soundfile.LibsndfileError, AssertionError) as problem:
         # A full disk shows as either: the library only counts the samples that it could not write.
         said = str(problem).rstrip(". ") or "not all samples were written"
-        raise OSError(f"{said} (is the disk full?)") from problem
+        raise InvalidValueError(
+            f"WAV in {path.parent} cannot be written: {said} (is the disk full?). Choose another place."
+        ) from problem
