@@ -17,12 +17,10 @@ from rotorwise.simulators.solvers.stepper import LaneGroup, Stepper
 from rotorwise.simulators.speed_profile import steady
 
 EFFECTS, MACHINES = effect_catalogue(), machine_catalogue()
-SEEDS = range(6)
+SEEDS = range(12)
 #: Steps over 1, 4 and 8. Teeth or feet that part do so at instants that no step meets: the order is the first, by which
 #: a quarter of the step leaves 0.14 of the difference to an eighth, more or less by chance.
 FALLS_TO = 0.5
-#: A probe that an effect silences is measured against this share of what the healthy machine shows.
-SILENCED = 0.01
 
 
 def fits(machine, effect):
@@ -72,7 +70,10 @@ def healthy(machine, speed_rpm):
 
 
 def difference(one, two, least):
-    """Return the largest rms difference of a probe over its largest value, at least ``least``."""
+    """Return the largest rms difference of a probe over its largest value, or over ``least`` where that is larger.
+
+    An effect may unload a bearing, so that its probe falls silent, or clip a signal: neither makes the motion worse.
+    """
     scale = np.maximum(np.abs(two.signals).max(axis=1), least) + 1e-300
     return float(np.max(np.sqrt(np.mean((one.signals - two.signals) ** 2, axis=1)) / scale))
 
@@ -86,7 +87,7 @@ def test_draws_reach_most_of_the_catalogue():
 @pytest.mark.parametrize("machine", MACHINES)
 def test_three_effects_together(machine, seed):
     speed, effects = draw(machine, seed)
-    first, least = run(machine, speed, effects), SILENCED * healthy(machine, speed)
+    first, least = run(machine, speed, effects), healthy(machine, speed)
     assert np.all(np.isfinite(first.signals))
     for order in (effects[::-1], effects[1:] + effects[:1]):
         # Sums in another order; everything else is the same.
