@@ -49,7 +49,7 @@ def test_one_effect_with_all_that_it_declares(name):
 
 
 def test_lines_are_named_with_their_growth():
-    assert "1X (lateral, force: speed^2)" in run("unbalance").stdout
+    assert "1X (lateral, force: speed^2, not with load)" in run("unbalance").stdout
     assert "50 Hz" in " ".join(run("mains_hum").stdout.split())
 
 
