@@ -196,9 +196,8 @@ class CompiledForce:
         """The compiled function, as numba's dispatcher."""
         import numba
 
-        return numba.njit(force_signature(), cache=True, error_model="numpy", nogil=True, no_cfunc_wrapper=True)(
-            self.py_func
-        )
+        options: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+        return numba.njit(force_signature(), **options)(self.py_func)
 
     def __call__(self, *arguments: np.ndarray) -> None:
         """Call the compiled function."""

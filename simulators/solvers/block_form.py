@@ -27,6 +27,8 @@ class BlockForm:
     basis, inverse : ndarray (states, new states), (new states, states)
     first, last : ndarray of int
         Row i of the core, and of its exponential, is zero outside columns first[i] to last[i] - 1.
+    is_blocks : bool
+        Whether every block is one number or [[a, b], [-b, a]].
     """
 
     core: np.ndarray
@@ -37,11 +39,7 @@ class BlockForm:
     inverse: np.ndarray
     first: np.ndarray
     last: np.ndarray
-
-    @property
-    def is_blocks(self) -> bool:
-        """Whether every block has one or two rows."""
-        return bool(np.all(self.last - self.first <= 2))
+    is_blocks: bool
 
     @property
     def pattern(self) -> np.ndarray:
@@ -71,31 +69,38 @@ def block_form(system: System, *, modal: bool = True, highest_hz: float | None =
         inverse=np.eye(n),
         first=np.zeros(n, dtype=np.int64),
         last=np.full(n, n, dtype=np.int64),
+        is_blocks=False,
     )
     if not modal:
         return whole
-    eigen = np.linalg.eig(system.core)
-    values, vectors = eigen.eigenvalues.astype(complex), eigen.eigenvectors.astype(complex)
-    # One column for a real eigenvalue, real and imaginary part for a conjugate pair.
-    keep = np.imag(values) >= 0
-    if highest_hz is not None:
-        keep &= np.abs(values) <= 2 * np.pi * highest_hz
-    columns, first, last = [], [], []
-    for value, vector in zip(values[keep], vectors.T[keep], strict=True):
-        at = len(columns)
-        parts = [vector.real, vector.imag] if value.imag > 0 else [vector.real]
-        columns += [part / np.linalg.norm(vector) for part in parts]
-        first += [at] * len(parts)
-        last += [at + len(parts)] * len(parts)
+    columns, rows, first, last, blocks = [], [], [], [], []
+    for part in _separate_parts(system.core):
+        eigen = np.linalg.eig(system.core[np.ix_(part, part)])
+        values, vectors = eigen.eigenvalues.astype(complex), eigen.eigenvectors.astype(complex)
+        left = _left_vectors(vectors)
+        if left is None:
+            return whole
+        # One column for a real eigenvalue, real and imaginary part for a conjugate pair.
+        keep = np.imag(values) >= 0
+        if highest_hz is not None:
+            keep &= np.abs(values) <= 2 * np.pi * highest_hz
+        for value, vector, row in zip(values[keep], vectors.T[keep], left[keep], strict=True):
+            at, size, pair = len(columns), np.linalg.norm(vector), value.imag > 0
+            own_columns = (vector.real, vector.imag) if pair else (vector.real,)
+            columns += [_spread(own / size, part, n) for own in own_columns]
+            own_rows = (2 * row.real * size, -2 * row.imag * size) if pair else (row.real * size,)
+            rows += [_spread(own, part, n) for own in own_rows]
+            first += [at] * len(own_rows)
+            last += [at + len(own_rows)] * len(own_rows)
+            blocks.append((at, value))
     basis = np.array(columns).T
     # Displacements and velocities differ by orders of magnitude; only with rows of equal size it is meaningful.
     scale = np.abs(basis).max(axis=1, keepdims=True)
     if not np.all(scale > 0) or np.linalg.cond(basis / scale) > WORST_CONDITION:
         return whole
-    inverse = _inverse(values[keep], vectors, keep)
-    core = inverse @ system.core @ basis
-    form = BlockForm(
-        core=core,
+    inverse = np.array(rows)
+    return BlockForm(
+        core=_block_core(blocks, len(columns)),
         force_columns=inverse @ system.force_columns,
         motion_rows=system.motion_rows @ basis,
         probe_rows=system.probe_rows @ basis,
@@ -103,16 +108,46 @@ def block_form(system: System, *, modal: bool = True, highest_hz: float | None =
         inverse=inverse,
         first=np.array(first, dtype=np.int64),
         last=np.array(last, dtype=np.int64),
+        is_blocks=True,
     )
-    core[~form.pattern] = 0.0
-    return form
 
 
-def _inverse(kept: np.ndarray, vectors: np.ndarray, keep: np.ndarray) -> np.ndarray:
-    """Return the rows of the modal basis' inverse: left eigenvectors, right also when modes are left out."""
-    left = np.linalg.inv(vectors)[keep]
-    rows = []
-    for value, row, vector in zip(kept, left, vectors.T[keep], strict=True):
-        size = np.linalg.norm(vector)
-        rows += [2 * row.real * size, -2 * row.imag * size] if value.imag > 0 else [row.real * size]
-    return np.array(rows)
+def _separate_parts(core: np.ndarray) -> list[np.ndarray]:
+    """Return groups of states that do not act on each other: eigenvalues of each by itself cost far less."""
+    linked = (core != 0) | (core.T != 0)
+    left = np.ones(core.shape[0], dtype=bool)
+    parts = []
+    while left.any():
+        reached = np.zeros(left.size, dtype=bool)
+        fresh = np.flatnonzero(left)[:1]
+        while fresh.size:
+            reached[fresh] = True
+            fresh = np.flatnonzero(linked[fresh].any(axis=0) & ~reached)
+        left &= ~reached
+        parts.append(np.flatnonzero(reached))
+    return parts
+
+
+def _left_vectors(vectors: np.ndarray) -> np.ndarray | None:
+    """Return the inverse of the eigenvectors, or None where they are dependent."""
+    try:
+        return np.linalg.inv(vectors)
+    except np.linalg.LinAlgError:
+        return None
+
+
+def _spread(values: np.ndarray, part: np.ndarray, size: int) -> np.ndarray:
+    whole = np.zeros(size)
+    whole[part] = values
+    return whole
+
+
+def _block_core(blocks: list[tuple[int, complex]], size: int) -> np.ndarray:
+    """Return the core in modal coordinates: [[a, b], [-b, a]] for a pair a + i b."""
+    core = np.zeros((size, size))
+    for at, value in blocks:
+        core[at, at] = value.real
+        if value.imag > 0:
+            core[at + 1, at + 1] = value.real
+            core[at, at + 1], core[at + 1, at] = value.imag, -value.imag
+    return core

@@ -9,7 +9,9 @@ from ..speed_profile import SpeedProfile
 from .plan import ForcePlan, on_all_lanes
 
 
-def all_jumps(plan: ForcePlan, half_times: np.ndarray, timeline: Timeline) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def all_jumps(
+    plan: ForcePlan, half_times: np.ndarray, timeline: Timeline, signals: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the signals of the forces that jump, continued on the branch of each step's start, and their jumps.
 
     Parameters
@@ -18,17 +20,17 @@ def all_jumps(plan: ForcePlan, half_times: np.ndarray, timeline: Timeline) -> tu
     half_times : ndarray (2 steps + 1,)
     timeline : Timeline
         At these times.
+    signals : ndarray (steps, 3, signals, lanes)
+        Is filled.
 
     Returns
     -------
-    signals : ndarray (steps, 3, signals, lanes)
+    signals : ndarray
     events : ndarray (events, 4)
         Step, lane, number among the forces that jump, time left in the step.
     branches : ndarray (events, 6, signals, 1)
         At the jump, half-way to the end and at the end of the step on the old branch, then on the new one.
     """
-    steps = half_times.size // 2
-    signals = np.empty((steps, 3, plan.jumping_signals, plan.lanes))
     events, branches = [], []
     for which, k in enumerate(plan.jumping):
         found, parts = _jump_events(plan, k, which, half_times, timeline, signals)
@@ -51,13 +53,13 @@ def _jump_events(
         _lane_events(plan, k, lane, half_times, phase[:, i], branch[:, i]) for i, lane in enumerate(plan.distinct[k][0])
     ]
     events, branches = [], []
-    for lane, number in enumerate(plan.distinct[k][1]):
-        step_and_left, parts = found[number]
+    for number, (step_and_left, parts) in enumerate(found):
+        lanes = np.flatnonzero(plan.distinct[k][1] == number)
         count = step_and_left.shape[0]
-        events.append(
-            np.column_stack([step_and_left[:, 0], np.full(count, lane), np.full(count, which), step_and_left[:, 1]])
-        )
-        branches.append(parts)
+        own = np.empty((lanes.size, count, 4))
+        own[:, :, [0, 3]], own[:, :, 1], own[:, :, 2] = step_and_left, lanes[:, None], which
+        events.append(own.reshape(-1, 4))
+        branches.append(np.tile(parts, (lanes.size, 1, 1, 1)))
     place, steps = slice(plan.rows[k, 5], plan.rows[k, 6]), branch.shape[0]
     for stage in range(3):
         part = timeline.instants(slice(stage, stage + 2 * steps, 2))

@@ -13,22 +13,22 @@ from __future__ import annotations
 
 import numba
 
-from .kernel_types import CUBE, DEEP, INDEX, INNER, JUMP, MATH, MATRIX, OPTIONS, PLAN, PROGRAM, VECTOR
+from .kernel_types import CUBE, DEEP, INDEX, INNER, JUMP, MATH, MATRIX, OPTIONS, PLAN, SIGNALS, TABLE, VECTOR
 from .law_call import call_force, call_jump
 from .product import add_product
 
 
 @numba.njit(fastmath=MATH, **INNER)
-def _evaluate_forces(plan, parameters, own, jumping, x, u):  # type: ignore[no-untyped-def]
-    """Evaluate all interface forces: u = u(signals, C y); ``jumping`` are the signals of the forces that jump."""
+def _evaluate_forces(plan, parameters, given, instant, own, jumping, x, u):  # type: ignore[no-untyped-def]
+    """Evaluate all interface forces, u = u(signals, C y); ``given``, ``own`` and ``jumping`` are their signals."""
     table, inputs, outputs, addresses = plan
     for i in range(u.shape[0]):
         for lane in range(u.shape[1]):
-            u[i, lane] = own[i, lane]
+            u[i, lane] = given[i, instant, lane]
     for k in range(table.shape[0]):
         if table[k, 0] >= 0:
             signals = jumping if table[k, 9] >= 0 else own
-            call_force(
+            call_force(  # type: ignore[call-arg]
                 addresses[table[k, 0]],
                 signals[table[k, 5] : table[k, 6]],
                 parameters[table[k, 7] : table[k, 8]],
@@ -43,7 +43,7 @@ def _evaluate_forces(plan, parameters, own, jumping, x, u):  # type: ignore[no-u
         for i in range(table[k, 3], table[k, 4]):
             for j in range(table[k, 1], table[k, 2]):
                 for lane in range(u.shape[1]):
-                    u[outputs[i], lane] += own[row, lane] * x[inputs[j], lane]
+                    u[outputs[i], lane] += given[row, instant, lane] * x[inputs[j], lane]
                 row += 1
 
 
@@ -73,7 +73,7 @@ def _products(memory, work, rows, program, parts, stage):  # type: ignore[no-unt
     for part in range(stage + 1 if stage else 0, stage + 2):
         for number in range(parts[part], parts[part + 1]):
             source, columns, target, height, at = program[number]
-            add_product(memory, source, columns, target, height, at, work.shape[1])
+            add_product(memory, source, columns, target, height, at, work.shape[1])  # type: ignore[call-arg]
         if part == 0:
             # C e^(hL/2) y opens stages a and b, C e^(hL) y stage c and the motions of the next step.
             for i in range(stages, stages + motions):
@@ -83,13 +83,11 @@ def _products(memory, work, rows, program, parts, stage):  # type: ignore[no-unt
 
 
 @numba.njit(
-    numba.void(VECTOR, MATRIX, INDEX, PROGRAM, INDEX, MATRIX, PLAN, MATRIX, CUBE, DEEP, JUMP, MATRIX, DEEP, CUBE),
+    numba.void(VECTOR, MATRIX, INDEX, TABLE, INDEX, MATRIX, PLAN, MATRIX, SIGNALS, JUMP, MATRIX, DEEP, CUBE),
     fastmath=MATH,
     **OPTIONS,
 )
-def run_block(
-    memory, work, rows, program, parts, diagonals, plan, parameters, halves, jumped, jump, events, branches, record
-):  # type: ignore[no-untyped-def]
+def run_block(memory, work, rows, program, parts, diagonals, plan, parameters, signals, jump, events, branches, record):  # type: ignore[no-untyped-def]
     """Advance the work matrix by as many steps as ``record`` has, and record the probes.
 
     Parameters
@@ -100,16 +98,12 @@ def run_block(
     plan : tuple
         Ten numbers for each force, see `plan.ForcePlan`; inputs; outputs; addresses of the compiled forces.
     parameters : ndarray (parameters, lanes)
-    halves : ndarray (2 steps + 1, signals, lanes)
-        Signals at the start, middle and end of each step.
-    jumped : ndarray (steps, 3, signals, lanes)
-        The same of the forces that jump, on the branch of the step's start.
+    signals : tuple
+        ``given``, ``halves`` and ``jumped`` of `plan.BlockSignals`.
     jump : tuple
         See `layout.jump_layout`.
-    events : ndarray (events, 4)
-        Step, lane, number of the jump force, time left; sorted by step.
-    branches : ndarray (events, 6, signals of that force, 1)
-        At the jump, half-way to the end and at the end of the step on the old branch, then on the new one.
+    events, branches
+        See `plan.BlockSignals`; sorted by step.
     record : ndarray (steps, probes, lanes)
     """
     states, motions, forces, probes = rows[0], rows[1], rows[2], rows[3]
@@ -118,17 +112,13 @@ def run_block(
         for stage in range(4):
             # u1, u3, u2, u4 lie in this order: the update takes u2 + u3 and u4 together. Likewise b, a, c.
             turned = 2 if stage == 1 else (1 if stage == 2 else stage)
-            x = rows[5] if stage == 0 else rows[6] + (turned - 1) * motions
-            u = rows[9] + forces * turned
+            at_x = rows[5] if stage == 0 else rows[6] + (turned - 1) * motions
+            at_u = rows[9] + forces * turned
             half = (stage + 1) // 2
-            _evaluate_forces(
-                plan,
-                parameters,
-                halves[2 * step + half],
-                jumped[step, half],
-                work[x : x + motions],
-                work[u : u + forces],
-            )
+            instant = 2 * step + half
+            own, jumping = signals[1][instant], signals[2][step, half]
+            x, u = work[at_x : at_x + motions], work[at_u : at_u + forces]
+            _evaluate_forces(plan, parameters, signals[0], instant, own, jumping, x, u)
             if stage == 0:
                 _free_motion(work, rows, diagonals)
             _products(memory, work, rows, program, parts, stage)
@@ -136,7 +126,7 @@ def run_block(
             for lane in range(work.shape[1]):
                 record[step, i, lane] = work[rows[7] + i, lane]
         while event < events.shape[0] and events[event, 0] == step:
-            call_jump(jump[0][0], jump, work, plan, parameters, events[event], branches[event])
+            call_jump(jump[0][0], jump, work, plan, parameters, events[event], branches[event])  # type: ignore[call-arg]
             event += 1
         for i in range(states + motions):
             for lane in range(work.shape[1]):

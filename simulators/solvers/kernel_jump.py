@@ -97,7 +97,7 @@ def apply_jump(jump, work, plan, parameters, event, branches):  # type: ignore[n
                 room[at + j, 0] = 0.0
             # Three instants on the old branch and the smooth motion, then on the new branch and the moved one.
             x, u = room[smooth + side * count : smooth + (side + 1) * count], room[at : at + wide]
-            call_force(address[table[k, 0]], branches[side], room[:own], x, order, order, u)
+            call_force(address[table[k, 0]], branches[side], room[:own], x, order, order, u)  # type: ignore[call-arg]
         _weigh(room, forces, wide, tau)
         for part in range(2 if sweep < 2 else 1):
             if sweep < 2:

@@ -14,8 +14,9 @@ INNER: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True}
 
 VECTOR, MATRIX, CUBE = numba.float64[::1], numba.float64[:, ::1], numba.float64[:, :, ::1]
 DEEP, INDEX, TABLE = numba.float64[:, :, :, ::1], numba.int64[::1], numba.int64[:, ::1]
-PROGRAM = TABLE
 #: Plan of the forces, inputs, outputs and addresses of the compiled forces.
 PLAN = numba.types.Tuple((TABLE, INDEX, INDEX, INDEX))
 #: Whole numbers, step and spacing, tables, room to work.
 JUMP = numba.types.Tuple((INDEX, VECTOR, DEEP, MATRIX))
+#: `plan.BlockSignals`: given, halves, jumped.
+SIGNALS = numba.types.Tuple((CUBE, CUBE, DEEP))

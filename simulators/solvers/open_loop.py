@@ -44,22 +44,26 @@ def _recursion(full, first, last, path, state):  # type: ignore[no-untyped-def]
 
 
 def open_loop(form: BlockForm, system: System, plan: ForcePlan, tables: StepTables) -> OpenLoop | None:
-    """Return ``advance(halves, states) -> record`` as `kernel.run_block` does it, or None when a force reads motion.
+    """Return ``advance(given, states) -> record`` as `kernel.run_block` does it, or None when a force reads motion.
 
-    ``halves`` (2 steps + 1, forces, lanes); ``states`` (states, lanes) is changed; record (steps, probes, lanes).
+    ``given`` (forces, 2 steps + 1, lanes); ``states`` (states, lanes) is changed; record (steps, probes, lanes).
     """
     if plan.inputs.size or not system.is_linear or not plan.forces:
         return None
     weights = np.concatenate([tables.update[0], 2 * tables.update[1], tables.update[2]], axis=1)
 
-    def advance(halves: np.ndarray, states: np.ndarray) -> np.ndarray:
-        start = halves[0:-1:2]
-        signals = np.concatenate([start, halves[1::2], halves[2::2]], axis=1)
-        path = np.matmul(weights, signals) if states.shape[1] > 1 else (signals[:, :, 0] @ weights.T)[:, :, None]
+    def advance(given: np.ndarray, states: np.ndarray) -> np.ndarray:
+        start = given[:, 0:-1:2]
+        signals = np.concatenate([start, given[:, 1::2], given[:, 2::2]])
+        path = np.empty((start.shape[1], states.shape[0], states.shape[1]))
+        record = np.empty((start.shape[1], form.probe_rows.shape[0], states.shape[1]))
+        # Lane by lane: lanes then do not change a run's bits.
+        for lane in range(states.shape[1]):
+            path[:, :, lane] = signals[:, :, lane].T @ weights.T
         _recursion(tables.full, tables.first, tables.last, path, states)
-        if states.shape[1] > 1:
-            return np.matmul(form.probe_rows, path) + np.matmul(system.probe_columns, start)
-        record = path[:, :, 0] @ form.probe_rows.T + start[:, :, 0] @ system.probe_columns.T
-        return record[:, :, None]
+        for lane in range(states.shape[1]):
+            record[:, :, lane] = path[:, :, lane] @ form.probe_rows.T
+            record[:, :, lane] += start[:, :, lane].T @ system.probe_columns.T
+        return record
 
     return advance

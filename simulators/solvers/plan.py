@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,9 +26,9 @@ class ForcePlan:
         The distinct ones.
     rows : ndarray of int (forces, 10)
         Kind (-1 linear, else index in ``laws``), then start and stop in inputs, outputs, signals, parameters, then the
-        number among the forces that jump, or -1. A linear law's own signals are its coefficients; its forces that do
-        not depend on the motion are summed into the first rows of all signals. Forces that jump have signals of their
-        own, counted apart.
+        number among the forces that jump, or -1. A linear law's own signals are its coefficients; before those of all
+        laws stand the forces that do not depend on the motion, summed for each column. Signals of compiled forces, and
+        of those that jump, are counted apart.
     inputs, outputs : ndarray of int
     parameters : ndarray (parameters, lanes)
     profiles : tuple of SpeedProfile
@@ -54,14 +55,13 @@ class ForcePlan:
         return int(self.outputs.max()) + 1 if self.outputs.size else 0
 
     @property
-    def signals(self) -> int:
-        """Number of signals of the forces that do not jump."""
-        return max([self.columns, *(int(row[6]) for row in self.rows if row[9] < 0)])
-
-    @property
-    def jumping_signals(self) -> int:
-        """Number of signals of the forces that jump."""
-        return max([0, *(int(row[6]) for row in self.rows if row[9] >= 0)])
+    def signal_counts(self) -> tuple[int, int, int]:
+        """Number of signals of linear laws, of compiled forces and of those that jump."""
+        stops = [self.columns, 0, 0]
+        for row in self.rows:
+            kind = signal_kind(row)
+            stops[kind] = max(stops[kind], int(row[6]))
+        return stops[0], stops[1], stops[2]
 
     @property
     def lanes(self) -> int:
@@ -102,34 +102,38 @@ class ForcePlan:
         )
 
 
+def signal_kind(row: np.ndarray) -> int:
+    """Return 0 for a linear law, 1 for a compiled force, 2 for one that jumps; ``row`` is one of `ForcePlan.rows`."""
+    return 2 if row[9] >= 0 else int(row[0] >= 0)
+
+
 def force_plan(systems: list[System], profiles: list[SpeedProfile]) -> ForcePlan:
     """Lay out the forces of lanes that share a linear core and the same laws in the same order."""
     forces = systems[0].forces
     distinct: list[Any] = []
     rows = np.zeros((len(forces), 10), dtype=np.int64)
     # The first signals are the forces that do not depend on the motion, one row for each force column.
-    at = np.array([0, 0, systems[0].force_columns.shape[1], 0], dtype=np.int64)
+    counts = [systems[0].force_columns.shape[1], 0, 0]
+    at = np.zeros(3, dtype=np.int64)
     jumping: list[int] = []
-    jumped = 0
     for k, force in enumerate(forces):
-        kind, count = -1, _signal_count(force, profiles[0])
+        count = _signal_count(force, profiles[0])
+        rows[k, 0] = rows[k, 9] = -1
         if force.law.is_linear:
             count -= len(force.outputs)
         else:
             if force.law.force not in distinct:
                 distinct.append(force.law.force)
-            kind = distinct.index(force.law.force)
-        sizes = np.array([systems[0].inputs[k].size, systems[0].outputs[k].size, count, len(force.parameters)])
-        start = at.copy()
+            rows[k, 0] = distinct.index(force.law.force)
         if force.law.jumps is not None:
-            start[2], rows[k, 9] = jumped, len(jumping)
+            rows[k, 9] = len(jumping)
             jumping.append(k)
-            jumped, sizes_shared = jumped + count, sizes * [1, 1, 0, 1]
-        else:
-            rows[k, 9], sizes_shared = -1, sizes
-        rows[k, 0] = kind
-        rows[k, 1:9:2], rows[k, 2:9:2] = start, start + sizes
-        at += sizes_shared
+        kind = signal_kind(rows[k])
+        rows[k, 5:7] = counts[kind], counts[kind] + count
+        counts[kind] += count
+        stop = at + np.array([systems[0].inputs[k].size, systems[0].outputs[k].size, len(force.parameters)])
+        rows[k, [1, 3, 7]], rows[k, [2, 4, 8]] = at, stop
+        at = stop
     _check_jumps(systems[0], tuple(jumping))
     values = [[v for force in system.forces for v in force.parameters] for system in systems]
     parameters = np.ascontiguousarray(np.array(values, dtype=float).reshape(len(systems), -1).T)
@@ -193,35 +197,70 @@ def on_all_lanes(plan: ForcePlan, k: int, own: np.ndarray) -> np.ndarray:
     return own if own.shape[-1] in (1, lanes.size) else own[..., lanes]
 
 
-def block_signals(
-    plan: ForcePlan, start_s: float, step_s: float, steps: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return what `kernel.run_block` needs of the signals of a block: halves, jumped, events and branches.
+@dataclass(frozen=True)
+class BlockSignals:
+    """What `kernel.run_block` needs of the signals of a block.
 
-    Parameters
+    Attributes
     ----------
-    plan : ForcePlan
-    start_s, step_s : float
-    steps : int
+    given : ndarray (signals, 2 steps + 1, lanes)
+        Forces that do not depend on the motion, then the coefficients of linear laws, at the start, middle and end of
+        each step.
+    halves : ndarray (2 steps + 1, signals, lanes)
+        Signals of compiled forces.
+    jumped, events, branches : ndarray
+        See `jumps.all_jumps`.
     """
-    halves = np.empty((2 * steps + 1, plan.signals, plan.lanes))
+
+    given: np.ndarray
+    halves: np.ndarray
+    jumped: np.ndarray
+    events: np.ndarray
+    branches: np.ndarray
+
+
+class Room:
+    """Memory for signals that is used again for every block: fresh memory costs more than what is written into it."""
+
+    def __init__(self) -> None:
+        self._kept: dict[str, np.ndarray] = {}
+
+    def array(self, name: str, *shape: int) -> np.ndarray:
+        """Return an array of this shape with any content."""
+        size = math.prod(shape)
+        if name not in self._kept or self._kept[name].size < size:
+            self._kept[name] = np.zeros(size)
+        return self._kept[name][:size].reshape(shape)
+
+
+def block_signals(plan: ForcePlan, start_s: float, step_s: float, steps: int, room: Room) -> BlockSignals:
+    """Return the signals of the block of so many steps that begins at ``start_s``; they lie in ``room``."""
     half_times = start_s + 0.5 * step_s * np.arange(2 * steps + 1)
     timeline = plan.timeline(half_times)
-    sums: list[np.ndarray | None] = [None] * plan.columns
+    linear, compiled, jumping = plan.signal_counts
+    given = room.array("given", linear, half_times.size, plan.lanes)
+    halves = room.array("halves", half_times.size, compiled, plan.lanes)
+    jumped = room.array("jumped", steps, 3, jumping, plan.lanes)
+    written = np.zeros(plan.columns, dtype=bool)
     for k, force in enumerate(plan.forces):
         if k in plan.jumping:
             continue
         own = on_all_lanes(plan, k, plan.distinct_signals(k, timeline))
-        acts = plan.outputs[plan.rows[k, 3] : plan.rows[k, 4]] if force.law.is_linear else ()
-        for i, act in enumerate(acts):
-            before = sums[act]
-            sums[act] = own[i] if before is None else before + own[i]
-        for i, row in enumerate(range(plan.rows[k, 5], plan.rows[k, 6])):
-            halves[:, row] = own[len(acts) + i]
-    for act, total in enumerate(sums):
-        halves[:, act] = 0.0 if total is None else total
+        place = slice(plan.rows[k, 5], plan.rows[k, 6])
+        if not force.law.is_linear:
+            halves[:, place] = np.moveaxis(own, 0, 1)
+            continue
+        acts = plan.outputs[plan.rows[k, 3] : plan.rows[k, 4]]
+        for act, push in zip(acts, own, strict=False):
+            if written[act]:
+                given[act] += push
+            else:
+                given[act], written[act] = push, True
+        given[place] = own[acts.size :]
+    for act in np.flatnonzero(~written):
+        given[act] = 0.0
     if plan.jumping:
         from .jumps import all_jumps
 
-        return halves, *all_jumps(plan, half_times, timeline)
-    return halves, np.zeros((steps, 3, 0, plan.lanes)), np.zeros((0, 4)), np.zeros((0, 6, 1, 1))
+        return BlockSignals(given, halves, *all_jumps(plan, half_times, timeline, jumped))
+    return BlockSignals(given, halves, jumped, np.zeros((0, 4)), np.zeros((0, 6, 1, 1)))

@@ -14,7 +14,7 @@ from .decimation import Decimator, filter_half_length
 from .equilibrium import static_equilibrium
 from .layout import jump_layout, step_layout
 from .open_loop import open_loop
-from .plan import ForcePlan, block_signals, force_plan
+from .plan import ForcePlan, Room, block_signals, force_plan
 from .tables import step_tables
 
 #: Numbers in the signals of one block: small enough for the cache of the second level to help.
@@ -62,16 +62,18 @@ class Stepper:
         self._layout = step_layout(self.form, self.system, tables, self.plan.lanes)
         self._jump = jump_layout(self.form, self.plan, self._layout, step_s)
         self._plan = _kernel_plan(self.plan)
-        numbers = (2 * self.plan.signals + 3 * self.plan.jumping_signals) * self.plan.lanes
+        self._room = Room()
+        linear, compiled, jumping = self.plan.signal_counts
+        numbers = (2 * (linear + compiled) + 3 * jumping) * self.plan.lanes
         self.block = int(np.clip(BLOCK_NUMBERS // max(1, numbers), 64, 4096))
 
     def advance(self, steps: int) -> np.ndarray:
         """Advance by ``steps`` and return the probes at the start of each step, shape (steps, probes, lanes)."""
         start = self.start_s + self.done * self.step_s
-        halves, jumped, events, branches = block_signals(self.plan, start, self.step_s, steps)
+        signals = block_signals(self.plan, start, self.step_s, steps, self._room)
         self.done += steps
         if self._open_loop is not None:
-            return self._open_loop(halves, self.states)
+            return self._open_loop(signals.given, self.states)
         from .kernel import run_block
 
         layout = self._layout
@@ -86,11 +88,10 @@ class Stepper:
             layout.diagonals,
             self._plan,
             self.plan.parameters,
-            halves,
-            jumped,
+            (signals.given, signals.halves, signals.jumped),
             self._jump,
-            events,
-            branches,
+            signals.events,
+            signals.branches,
             record,
         )
         self.states[:] = layout.states

@@ -14,12 +14,16 @@ Stages are needed only through C, the few motions that forces read, so that stag
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..errors import InvalidValueError
 from .block_form import BlockForm
+
+#: The first term left out of phi_3 is below 1 / 23!, that is 4e-23.
+SERIES_TERMS = 19
 
 
 @dataclass(frozen=True)
@@ -93,32 +97,49 @@ def phi_columns(core: np.ndarray, columns: np.ndarray, step_s: float) -> tuple[n
 
 
 def phi_columns_of_blocks(form: BlockForm, step_s: float) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Return the same as `phi_columns` for a core of blocks of one or two rows, block by block.
+    """Return the same as `phi_columns` for a core of blocks (see `BlockForm.is_blocks`), block by block.
 
     Each force column is then computed by itself: a further force does not change the bits of the others.
     """
-    from scipy.linalg import expm
-
     n, m = form.force_columns.shape
     exponential, columns = np.zeros((n, n)), [np.zeros((n, m)) for _ in range(3)]
-    for size in (1, 2):
-        starts = np.unique(form.first[form.last - form.first == size])
-        if not starts.size:
-            continue
-        index = starts[:, None] + np.arange(size)
-        augmented = np.zeros((starts.size, 4 * size, 4 * size))
-        augmented[:, :size, :size] = step_s * form.core[index[:, :, None], index[:, None, :]]
-        for k in range(3):
-            rows, ahead = slice(k * size, (k + 1) * size), slice((k + 1) * size, (k + 2) * size)
-            augmented[:, rows, ahead] = np.eye(size)
-        blocks = expm(augmented)[:, :size]
-        exponential[index[:, :, None], index[:, None, :]] = blocks[:, :, :size]
-        for k in range(3):
-            phi = blocks[:, :, (k + 1) * size : (k + 2) * size]
-            columns[k][index] = step_s * sum(
-                phi[:, :, [j]] * form.force_columns[index[:, j]][:, None, :] for j in range(size)
-            )
+    size = form.last - form.first
+    alone, pair = np.flatnonzero(size == 1), np.unique(form.first[size == 2])
+    grown, *phi = phi_functions(step_s * form.core[alone, alone])
+    exponential[alone, alone] = grown
+    for own, weight in zip(columns, phi, strict=True):
+        own[alone] = step_s * weight[:, None] * form.force_columns[alone]
+    # The block [[a, b], [-b, a]] acts on (p, q) as the number a - i b on p + i q.
+    grown, *phi = phi_functions(step_s * (form.core[pair, pair] - 1j * form.core[pair, pair + 1]))
+    exponential[pair, pair] = exponential[pair + 1, pair + 1] = np.real(grown)
+    exponential[pair, pair + 1], exponential[pair + 1, pair] = -np.imag(grown), np.imag(grown)
+    forced = form.force_columns[pair] + 1j * form.force_columns[pair + 1]
+    for own, weight in zip(columns, phi, strict=True):
+        pushed = step_s * weight[:, None] * forced
+        own[pair], own[pair + 1] = np.real(pushed), np.imag(pushed)
     return exponential, columns
+
+
+def phi_functions(z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return exp(z) and phi_k(z) = integral_0^1 e^((1 - s) z) s^(k-1) / (k-1)! ds for k = 1, 2, 3, same shape as z.
+
+    By phi_k = (phi_(k-1) - 1 / (k-1)!) / z, and for small z, where that loses digits, by the series of phi_3 downwards:
+    phi_(k-1) = z phi_k + 1 / (k-1)!.
+    """
+    small = np.abs(z) < 1.0
+    divisor = np.where(small, 1.0, z)
+    exponential = np.exp(z)
+    one = (exponential - 1) / divisor
+    two = (one - 1) / divisor
+    three = (two - 0.5) / divisor
+    near = np.where(small, z, 0.0)
+    series = np.zeros_like(near)
+    for k in range(SERIES_TERMS, -1, -1):
+        series = series * near + 1 / math.factorial(k + 3)
+    three = np.where(small, series, three)
+    two = np.where(small, near * three + 0.5, two)
+    one = np.where(small, near * two + 1, one)
+    return exponential, one, two, three
 
 
 @dataclass(frozen=True)
