@@ -201,7 +201,15 @@ class SensorChain:
         record = run_chain(record, effects, samples=samples, seed=seed, chain=self)
         tacho = self.tacho(record, random_stream(seed or 0, 0, "tacho", 0)) if self.pulses_per_revolution else None
         return Measurement(
-            record.signals, rate_hz, record.channels, record.phase_rad, record.speed_rad_s, tacho, raw.notes
+            signals=record.signals,
+            rate_hz=rate_hz,
+            channels=record.channels,
+            phase_rad=record.phase_rad,
+            speed_rad_s=record.speed_rad_s,
+            tacho=tacho,
+            notes=raw.notes,
+            step_s=raw.step_s,
+            errors=raw.errors,
         )
 
 
@@ -219,6 +227,10 @@ class Measurement:
     tacho : ndarray (samples,), optional
         Logic level, 0 or 1.
     notes : tuple of str
+    step_s : float
+        Integration step.
+    errors : ndarray (channels,), optional
+        Estimated relative rms error of the motion at each probe, ahead of the chain; None when not asked for.
     """
 
     signals: np.ndarray
@@ -228,6 +240,8 @@ class Measurement:
     speed_rad_s: np.ndarray
     tacho: np.ndarray | None
     notes: tuple[str, ...]
+    step_s: float
+    errors: np.ndarray | None = None
 
 
 def _check(

@@ -85,6 +85,9 @@ class PeriodicMotion:
 def harmonic_balance(machine: Machine, *, speed_rpm: float, harmonics: int = 8, revolutions: int = 1) -> PeriodicMotion:
     """Return the steady periodic motion at constant speed.
 
+    This is the motion of the machine: effects of the stages speed and sensor do not act here. A speed that changes has
+    no steady motion, and a sensor's errors come after the physics; use `simulate` for both.
+
     Parameters
     ----------
     machine : Machine

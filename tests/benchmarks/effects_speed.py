@@ -15,7 +15,7 @@ from rotorwise.simulators.assembly import MissingPartError
 from rotorwise.simulators.effect import effect_catalogue
 from rotorwise.simulators.effects.unbalance import Unbalance
 from rotorwise.simulators.machine import find_machine
-from rotorwise.simulators.solvers.plan import block_signals
+from rotorwise.simulators.solvers.plan import Room, block_signals
 from simulator_cost import SPEED_RPM, smallest, step_ns, stepper
 
 MACHINES = ("gearbox", "test_rig")
@@ -48,8 +48,8 @@ def in_turns(runs, rounds):
 
 def signals_ns(run, rounds):
     """Return how much of a step's cost are the signals."""
-    steps = min(run.block, 4000)
-    return smallest(lambda: block_signals(run.plan, 0.0, run.step_s, steps), rounds) / steps * 1e9
+    steps, room = min(run.block, 4000), Room()
+    return smallest(lambda: block_signals(run.plan, 0.0, run.step_s, steps, room), rounds) / steps * 1e9
 
 
 def each_alone(machine, effects, rounds):
