@@ -2,7 +2,9 @@
 
 Significance is not enough: a healthy loaded bearing also shows its ball-pass order faintly (variable compliance). The
 depth decides: the root sum of squares of the modulation depths of the first three harmonics, plus sidebands, is about
-the share of the band's energy that comes as impacts in that rhythm.
+the share of the band's energy that comes as impacts in that rhythm. Tooth-mesh lines that a sound bearing's changing
+stiffness modulates are taken off: their sidebands stand beside the mesh, those of impacts do not
+(J. Antoni and R. B. Randall, "Differential diagnosis of gear and bearing faults", J. Vib. Acoust. 124 (2002) 165).
 """
 
 from __future__ import annotations
@@ -26,6 +28,8 @@ _STEEPNESS = 5.0
 # Impacts repeat in harmonics; the variable compliance of a healthy bearing is nearly a sine.
 _HARMONICS_FACTOR = {0: 0.5, 1: 0.5, 2: 1.0, 3: 1.5}
 _LEAST_PROBABILITY = 0.02
+# The stiffness of few balls is no sine: its multiples count as well.
+_BESIDE_MESH = np.array([-6, -5, -4, -3, -2, -1, 1, 2, 3, 4, 5, 6])
 _SECOND_DEFECT = 0.3  # a second defect at once is rarer, and a strong first one stirs everything
 
 _CHECKS = {
@@ -166,7 +170,8 @@ def _measure(
         power += sum(line.amplitude**2 for line in sidebands)
         lines += sidebands
     expected = rhythm.order * now.speed_hz
-    return RhythmEvidence(rhythm, envelope, float(np.sqrt(power)), frequency_hz, expected, tuple(lines), harmonics)
+    depth = float(np.sqrt(power)) * (1.0 - _modulated_mesh(now, envelope, frequency_hz))
+    return RhythmEvidence(rhythm, envelope, depth, frequency_hz, expected, tuple(lines), harmonics)
 
 
 def _sidebands(
@@ -202,6 +207,9 @@ def _envelope_line(
     if not 2 * spectrum.resolution_hz < frequency_hz < spectrum.frequency_hz[-3]:
         return None
     frequency, depth, floor = peak_near(spectrum, 0, frequency_hz, tolerance_hz=1.2 * spectrum.resolution_hz)
+    middle = round(frequency / spectrum.resolution_hz)
+    if depth < spectrum.amplitude[0, max(middle - 2, 0) : middle + 3].max():
+        return None  # the skirt of a stronger line
     expected = None if harmonic is None else harmonic * rhythm.order
     channel = now.recording.channels[envelope.channel].name
     return Line(
@@ -216,6 +224,44 @@ def _envelope_line(
         None,
         expected,
     )
+
+
+def _modulated_mesh(now: Observation, envelope: EnvelopeSpectrum, frequency_hz: float) -> float:
+    """Return the share, 0 to 1, of a band's power that lies beside tooth-mesh lines at the distance of a rhythm.
+
+    Lines at k mesh +- m rhythm, m up to 6, over all that is in the band except the mesh lines themselves; what such
+    narrow windows would hold of evenly spread power is taken off.
+    """
+    carriers = _mesh_lines(now, envelope)
+    if not carriers.size:
+        return 0.0
+    spectrum = now.spectrum
+    inside = (spectrum.frequency_hz >= envelope.low_hz) & (spectrum.frequency_hz <= envelope.high_hz)
+    frequency, power = spectrum.frequency_hz[inside], spectrum.amplitude[envelope.channel, inside] ** 2
+    width = 2.0 * spectrum.resolution_hz
+
+    def near(places: np.ndarray) -> np.ndarray:
+        at = np.sort(places)
+        index = np.clip(np.searchsorted(at, frequency), 1, at.size - 1) if at.size > 1 else np.ones(frequency.size, int)
+        padded = at if at.size > 1 else np.repeat(at, 2)
+        return np.minimum(abs(frequency - padded[index - 1]), abs(frequency - padded[index])) <= width
+
+    mesh = near(carriers)
+    sides = near((carriers[:, None] + _BESIDE_MESH * frequency_hz).ravel()) & ~mesh
+    total, even = float(power[~mesh].sum()), float(sides.sum()) / max(int((~mesh).sum()), 1)
+    if total <= 0 or even >= 0.5:
+        return 0.0  # lines so dense that they cover the band tell nothing
+    return max(float(power[sides].sum()) / total - even, 0.0) / (1.0 - even)
+
+
+def _mesh_lines(now: Observation, envelope: EnvelopeSpectrum) -> np.ndarray:
+    """Return the frequencies of the tooth-mesh harmonics in a band or one mesh order outside it."""
+    found: list[float] = []
+    for gear in now.recording.nameplate.gears:
+        mesh = gear.mesh_order * now.speed_hz
+        first, last = max(int(envelope.low_hz / mesh), 1), int(envelope.high_hz / mesh) + 1
+        found += [harmonic * mesh for harmonic in range(first, last + 1)]
+    return np.array(found)
 
 
 def _belongs_elsewhere(

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...datasets.recording import GearPair
-from ..compare import comparable, odds_of_rise
+from ..compare import comparable, odds_of_rise, path_changed
 from ..observe import Observation
 from ..result import Finding, Line
 from ..signal.sidebands import SidebandFamily, find_sidebands
@@ -21,10 +21,16 @@ _PAIRS = 6
 _MESH_HARMONICS = (1, 2, 3)
 _REPEATABILITY_DB = 4.0
 _PRIOR = 0.15
+_OTHER_SUPPORT = 0.2  # share of looseness in risen mesh lines where directions cannot be compared
+_ANOTHER_PATH_DB = 6.0  # as for the noise floor in ``compare.path_changed``
+_RISEN_ALIKE = 0.35  # share of tooth and run-out faults where the mesh rose as much as its sidebands
 _CHECKS = {
     "gear_eccentricity": "Measure run-out of the gear; check bore, key and shaft.",
     "gear_tooth_fault": "Inspect the teeth of this gear; take a synchronous average with a tacho on this shaft.",
-    "gear_wear": "Inspect tooth flanks and oil debris; compare with records at the same load.",
+    "gear_wear": "Inspect tooth flanks and oil debris; compare with records at the same load. Wear lifts the mesh "
+    "lines of all directions alike, a loose joint does not.",
+    "looseness": "Check bolts and bearing fits; watch the mesh lines while a bolt is tightened. Wear lifts them in all "
+    "directions alike.",
 }
 
 
@@ -170,7 +176,10 @@ def _lines(now: Observation, chosen: list[Family], limit: int = 14) -> tuple[Lin
 
 @dataclass(frozen=True)
 class Growth:
-    """Growth in dB of a family's mesh line, first sidebands and wider sidebands."""
+    """Growth in dB of a family's mesh line, and of its first and wider sidebands beyond that of the mesh line.
+
+    A mesh that got louder takes its sidebands along; only what they grow beyond it is modulation.
+    """
 
     family: Family
     mesh: float
@@ -181,8 +190,8 @@ class Growth:
 def _growth(now: Observation, family: Family, earlier: Family) -> Growth:
     old = {side.number: side for side in (earlier.found.carrier, *earlier.found.sidebands)}
 
-    def change(numbers: range) -> float:
-        rises = []
+    def rises(numbers: range) -> list[float]:
+        found = []
         for side in (family.found.carrier, *family.found.sidebands):
             was = old.get(side.number)
             if abs(side.number) not in numbers or was is None:
@@ -190,17 +199,59 @@ def _growth(now: Observation, family: Family, earlier: Family) -> Growth:
             high, low = max(side.amplitude, side.noise_floor), max(was.amplitude, was.noise_floor, 1e-300)
             rise = 20 * float(np.log10(max(high, 1e-300) / low))
             # A risen floor (a bearing's impacts, cavitation) is no risen sideband.
-            rises.append(rise if side.power_ratio > now.significant_ratio else min(rise, 0.0))
-        # A local defect lifts some sidebands more than others; the lift that scatter alone gives them is taken off.
-        several = 0.0 if len(rises) < 3 else 0.67 * _REPEATABILITY_DB
-        return float(np.percentile(rises, 75 if len(rises) >= 3 else 50)) - several if rises else 0.0
+            found.append(rise if side.power_ratio > now.significant_ratio else min(rise, 0.0))
+        return found
 
-    return Growth(family, change(range(1)), change(range(1, 2)), change(range(2, _PAIRS + 1)))
+    mesh, pair, wide = rises(range(1)), rises(range(1, 2)), rises(range(2, _PAIRS + 1))
+    louder = max(mesh[0], 0.0) if mesh else 0.0
+    # Modulation makes both sidebands; one alone is a line of something else that happens to lie there.
+    first = min(float(np.mean(pair)), min(pair) + _REPEATABILITY_DB) if pair else 0.0
+    # A local defect lifts some sidebands more than others; the lift that scatter alone gives them is taken off.
+    several = float(np.percentile(wide, 75)) - 0.67 * _REPEATABILITY_DB if len(wide) >= 3 else 0.0
+    return Growth(family, mesh[0] if mesh else 0.0, first - louder, several - louder)
+
+
+def _local(now: Observation, baseline: Observation | None, current: list[Family], earlier: list[Family]) -> float:
+    """Return how surely one shaft's modulation is a short event, 0 to 1, from the decay of its new sidebands.
+
+    Sidebands are the Fourier series of the modulation over one turn. Run-out is one sine: even a phase modulation of
+    2 rad keeps pairs 2 to 6 at least 11 dB below the first (Bessel functions J1 to J6). A pulse over one to three of
+    20 teeth has a sinc for a series: -1 to -7 dB. Sidebands that noise hides may have any height up to visible.
+    """
+    before = {(one.mesh, one.channel): one for one in earlier}
+    told = [_decay(now, one, before.get((one.mesh, one.channel))) for one in current]
+    weight = sum(one[1] for one in told)
+    return sum(one[0] * one[1] for one in told) / weight if weight > 0 else 0.5
+
+
+def _decay(now: Observation, family: Family, earlier: Family | None) -> tuple[float, float]:
+    """Return how surely one family's new sidebands are those of a short event, and how much that weighs."""
+    old = {} if earlier is None else {side.number: side.amplitude for side in earlier.found.sidebands}
+    visible = {side.number for side in family.found.sidebands if side.power_ratio > now.significant_ratio}
+    seen, hidden, lines = np.zeros(2), np.zeros(2), np.zeros(2)
+    for side in family.found.sidebands:
+        kind = 0 if abs(side.number) == 1 else 1
+        lines[kind] += 1
+        # A series goes on from line to line; one that stands alone is a line of something else.
+        foreign = kind == 1 and not {side.number - 1, side.number + 1} & visible
+        if side.number in visible and not foreign:
+            seen[kind] += max(side.amplitude**2 - old.get(side.number, side.noise_floor) ** 2, 0.0)
+        else:
+            hidden[kind] += side.noise_floor**2 * now.significant_ratio
+    if not family.found.sidebands or not lines.all() or not seen.any():
+        return 0.5, 0.0
+    (first, wide), (first_hidden, wide_hidden) = seen / lines, hidden / lines
+    pairs = ((first + first_hidden, wide), (first, wide + wide_hidden))
+    decay = np.array([10 * np.log10((high + 1e-300) / (low + 1e-300)) for low, high in pairs])
+    local = float(np.mean(1.0 / (1.0 + np.exp(-np.clip((decay + 9.0) / 1.5, -40, 40)))))
+    floor = float(np.mean([side.noise_floor for side in family.found.sidebands]))
+    return local, float(np.sqrt(seen.sum())) / max(floor, 1e-300)
 
 
 def _judge_growth(now: Observation, baseline: Observation, gear: GearPair, current: list[Family]) -> list[Finding]:
     """Judge, for each shaft, the family that grew most; the price of choosing it is taken off its growth."""
-    earlier = {(one.mesh, one.wheel, one.channel): one for one in families(baseline, gear)}
+    before = families(baseline, gear)
+    earlier = {(one.mesh, one.wheel, one.channel): one for one in before}
     findings: list[Finding] = []
     for name, ratio in shafts(gear):
         grown = [
@@ -210,27 +261,68 @@ def _judge_growth(now: Observation, baseline: Observation, gear: GearPair, curre
         ]
         if not grown:
             continue
-        best = max(grown, key=lambda one: one.first + one.wide + 0.5 * one.mesh)
+        best = max(grown, key=lambda one: max(one.first, one.wide) + 0.5 * one.mesh)
+        loudest = max(grown, key=lambda one: one.mesh)
         # Largest of several families: each figure joins a few lines, so it scatters about half as much as one line.
         price = 0.35 * _REPEATABILITY_DB * float(np.sqrt(2 * np.log(len(grown))))
-        first, wide, mesh = (_posterior(value - price) for value in (best.first, best.wide, best.mesh))
-        # Run-out lifts the first pair most; one bad tooth lifts many pairs alike.
-        local = 1.0 / (1.0 + float(np.exp((best.first - best.wide) / 4)))
-        lines = _with_baseline(_lines(now, [best.family]), baseline)
+        first, wide, mesh = (_posterior(value - price) for value in (best.first, best.wide, loudest.mesh))
+        mine = [one for one in current if one.wheel == name]
+        local = _local(now, baseline, mine, [one for one in before if one.wheel == name])
+        loose = _OTHER_SUPPORT if path_changed(now, baseline) else _other_support(grown)
         summary = (
             f"Against the baseline, on {now.recording.channels[best.family.channel].name} round "
             f"{best.family.found.carrier.frequency_hz:.1f} Hz (mesh x {best.family.mesh}): "
-            f"mesh line {best.mesh:+.0f} dB, "
+            f"mesh line {best.mesh:+.0f} dB (largest of all {loudest.mesh:+.0f} dB), beyond it "
             f"first sidebands at {ratio * now.speed_hz:.2f} Hz ({name}) {best.first:+.0f} dB, "
             f"sidebands 2-{_PAIRS} {best.wide:+.0f} dB."
         )
-        for fault, probability in (
-            ("gear_tooth_fault", 0.8 * max(first, wide) * local),
-            ("gear_eccentricity", 0.8 * max(first, wide) * (1 - local)),
-            ("gear_wear", 0.8 * mesh * (1 - 0.7 * max(first, wide))),
-        ):
-            findings.append(Finding(fault, probability, summary, lines, _CHECKS[fault]))
+        # Sidebands that grew only as much as the mesh mean a stronger mesh: wear as a rule, a bad tooth now and then.
+        alike = max(_posterior(max(one.first, one.wide) + max(one.mesh, 0.0) - price) for one in grown)
+        index = max(first, wide)
+        modulated = 0.8 * (index + _RISEN_ALIKE * max(alike - index, 0.0))
+        worn = 0.8 * mesh * (1 - 0.7 * index)
+        findings += [
+            _finding(now, baseline, best, "gear_tooth_fault", modulated * local, summary, "gear_eccentricity"),
+            _finding(now, baseline, best, "gear_eccentricity", modulated * (1 - local), summary, "gear_tooth_fault"),
+            _finding(now, baseline, loudest, "gear_wear", worn * (1 - loose), summary, "looseness"),
+            _finding(now, baseline, loudest, "looseness", worn * loose, summary, "gear_wear"),
+        ]
     return _best_of_each(findings)
+
+
+def _finding(
+    now: Observation,
+    baseline: Observation,
+    shown: Growth,
+    fault: str,
+    probability: float,
+    summary: str,
+    rival: str,
+) -> Finding:
+    lines = _with_baseline(_lines(now, [shown.family]), baseline)
+    return Finding(fault, probability, summary, lines, _CHECKS[fault], (rival,))
+
+
+def _other_support(grown: list[Growth]) -> float:
+    """Return the share of looseness in risen mesh lines, 0 to 0.6, from how differently the channels rose.
+
+    Worn teeth change the force in the mesh, and through an unchanged structure every channel follows by the same ratio.
+    A joint that opened changes the structure: the mesh then rises in one direction and not, or less, in the other. So
+    do a sensor that was moved and a resonance that came near, so that looseness never gets all.
+    """
+    for channel in {one.family.channel for one in grown}:
+        here = [one.mesh for one in grown if one.family.channel == channel]
+        if min(here) < -_ANOTHER_PATH_DB and max(here) > _ANOTHER_PATH_DB:
+            # One harmonic much stronger, another much weaker on one sensor: re-assembled gearboxes do that.
+            return _OTHER_SUPPORT
+    spreads = []
+    for mesh in _MESH_HARMONICS:
+        rises = [one.mesh for one in grown if one.family.mesh == mesh]
+        if len(rises) > 1 and max(rises) > 0:
+            spreads.append(max(rises) - min(rises))
+    if not spreads:
+        return _OTHER_SUPPORT
+    return 0.6 / (1.0 + float(np.exp(-(float(np.median(spreads)) - 2.5 * _REPEATABILITY_DB) / 2.0)))
 
 
 def _posterior(growth_db: float) -> float:

@@ -23,7 +23,17 @@ _CHECKS = {
     "misalignment": "Check coupling alignment hot and cold, soft foot and pipe strain.",
     "resonance": "Change the speed by 10 % or do a bump test at rest: a resonance stays where it is.",
     "bent_shaft": "Measure run-out with a dial gauge on slow roll; check phase between both ends axially.",
+    "rub": "Check seals and clearances; look for a drifting 1X vector at constant speed (thermal bow).",
+    "looseness": "Check bolts, bearing fits and foundation; watch these lines while a bolt is tightened.",
 }
+_SPLIT_1X = (
+    "One speed cannot tell unbalance, a bow and misalignment apart. Record slow roll and two other speeds: unbalance "
+    "grows with the speed squared, a bow is there in slow roll; misalignment changes with load or temperature."
+)
+_SPLIT_HARMONICS = (
+    "Misalignment changes with coupling and load, a loose joint with its bolts; a rub has a threshold and hysteresis "
+    "in speed. A cracked shaft makes the same lines: look for a 2X peak at half the critical speed in a run-down."
+)
 
 
 def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
@@ -97,7 +107,7 @@ def _judge_level(now: Observation) -> list[Finding]:
 
 
 def _judge_change(now: Observation, baseline: Observation) -> list[Finding]:
-    """Judge the change: a risen 1X is shared between its causes; 2X or 3X up without a long comb is misalignment."""
+    """Judge the change: a risen 1X is shared between its causes, and so are 2X and 3X that rose without a long comb."""
     scatter = repeatability_db(now, baseline)
     radial = now.radial_channels()
     change = {order: order_change_db(now, baseline, order) for order in (1.0, 2.0, 3.0)}
@@ -112,24 +122,20 @@ def _judge_change(now: Observation, baseline: Observation) -> list[Finding]:
     )
     note = "; the transfer path changed too, so small changes mean nothing" if scatter > 5 else ""
     summary = f"Against the baseline {text}; 1X carries {share:.0%} of the radial velocity{note}."
-    causes = _causes_of_1x(now, baseline, change[1.0], share)
-    findings = [
-        Finding(
-            fault,
-            rose * causes[fault],
-            summary,
-            _strongest_lines(now, baseline, (1.0,)),
-            _CHECKS[fault],
-            tuple(other for other in ("unbalance", "bent_shaft", "resonance") if other != fault),
-        )
-        for fault in ("unbalance", "bent_shaft", "resonance")
-    ]
-    harmonics = _risen_harmonics(now, change, max(one, 0.0), scatter)
-    comb = long_comb(now, baseline)
-    probability = 0.7 * _probability_of_rise(harmonics, scatter, typical_db=8.0, spread_db=6.0) * (1 - comb)
-    lines = _strongest_lines(now, baseline, (1.0, 2.0, 3.0))
-    rivals = ("bent_shaft", "looseness")
-    findings.append(Finding("misalignment", probability, summary, lines, _CHECKS["misalignment"], rivals))
+    usable = _own_harmonics(now)
+    of_one = {fault: rose * part for fault, part in _causes_of_1x(now, baseline, change, share, usable).items()}
+    largest = _risen_harmonics(now, change, usable, max(one, 0.0), scatter)
+    harmonics = 0.7 * _probability_of_rise(largest, scatter, typical_db=8.0, spread_db=6.0)
+    harmonics *= 1 - long_comb(now, baseline)
+    of_more = {fault: harmonics * part for fault, part in _causes_of_harmonics(now, change, usable, one).items()}
+    findings = []
+    for fault in dict.fromkeys((*of_one, *of_more)):
+        first, more = of_one.get(fault, 0.0), of_more.get(fault, 0.0)
+        # The same lines speak twice for a misalignment, so its two probabilities do not add up.
+        carried_by, split = (of_one, _SPLIT_1X) if first >= more else (of_more, _SPLIT_HARMONICS)
+        lines = _strongest_lines(now, baseline, (1.0,) if carried_by is of_one else (1.0, 2.0, 3.0))
+        rivals = tuple(other for other in carried_by if other != fault)
+        findings.append(Finding(fault, max(first, more), summary, lines, f"{_CHECKS[fault]} {split}", rivals))
     return findings
 
 
@@ -139,33 +145,71 @@ def _probability_of_rise(change_db: float, scatter: float, *, typical_db: float,
     return odds / (1 + odds)
 
 
-def _causes_of_1x(now: Observation, baseline: Observation, change: np.ndarray, share: float) -> dict[str, float]:
-    """Return how a risen 1X is shared between unbalance, a bent shaft and a resonance; the rest is none of them.
+def _causes_of_1x(
+    now: Observation, baseline: Observation, change: dict[float, np.ndarray], share: float, usable: list[float]
+) -> dict[str, float]:
+    """Return how a risen 1X is shared between its causes; the rest is none of them.
 
-    Unbalance is by far the most frequent cause. An axial 1X that rose more than the radial one speaks for a bent shaft;
-    risen noise beside 1X, or one radial direction that rose alone, for a resonance that came near.
+    Unbalance, a bow and a coupling that pulls all turn with the shaft: at one speed their 1X is the same force.
+    Unbalance is the most frequent by far and gets most. An axial 1X that rose more than the radial one speaks for a
+    bent shaft; 2X and 3X that rose more than 1X for misalignment, although a linear coupling makes 1X only; risen noise
+    beside 1X, or one radial direction that rose alone, for a resonance that came near.
     """
     radial, axial = now.radial_channels(), now.axial_channels()
+    first = change[1.0]
     tilt = 0.0
     if axial and len(axial) < now.channel_count:
-        tilt = float(np.median(change[axial]) - np.median(change[radial]))
+        tilt = float(np.median(first[axial]) - np.median(first[radial]))
     noise = floor_rise_near(now, baseline, 1.0)
-    spread = float(np.ptp(change[radial])) if len(radial) > 1 else 0.0
+    spread = float(np.ptp(first[radial])) if len(radial) > 1 else 0.0
+    beyond = max((float(np.median((change[order] - first)[radial])) for order in usable), default=-np.inf)
+    coupled = odds_of_rise(beyond, repeatability=repeatability_db(now, baseline), typical_db=8.0, spread_db=6.0)
     weight = {
         "unbalance": 0.80 * min(1.0, 0.5 + share),
-        "bent_shaft": 0.08 * float(np.exp(np.clip((tilt - 3) / 5, -2.0, 3.0))),
+        "misalignment": 0.30 * min(0.5 + 0.5 * coupled, 10.0),
+        "bent_shaft": 0.15 * float(np.exp(np.clip(tilt / 5, -2.0, 3.0))),
         "resonance": 0.06 * float(np.exp(np.clip((noise - 3) / 3, -2.0, 3.0) + np.clip((spread - 15) / 10, -1.0, 1.5))),
     }
-    total = sum(weight.values()) + 0.20
+    total = sum(weight.values()) + 0.10
     return {fault: value / total for fault, value in weight.items()}
 
 
-def _risen_harmonics(now: Observation, change: dict[float, np.ndarray], dragged: float, scatter: float) -> float:
-    """Return the largest rise of 2X and 3X beyond what a risen 1X drags along and what choosing the largest brings.
+def _causes_of_harmonics(
+    now: Observation, change: dict[float, np.ndarray], usable: list[float], one: float
+) -> dict[str, float]:
+    """Return how risen 2X and 3X are shared between their causes.
 
-    Orders that a bearing, another shaft or twice the line frequency own do not count.
+    A misaligned coupling bends the shaft as it turns, which shows in both radial directions. A contact that stands
+    still in space, a stop that is touched or a joint that opens, acts in its own direction: then the three share.
+    Fractions of 1X, which tell a rub or looseness, have rules of their own.
     """
-    usable = [order for order in (2.0, 3.0) if not owned_by_machine(now, order) and not _on_twice_line(now, order)]
+    part = _one_direction(now, change, usable, max(one, 0.0))
+    return {"misalignment": 1 - 0.6 * part, "rub": 0.3 * part, "looseness": 0.3 * part}
+
+
+def _one_direction(now: Observation, change: dict[float, np.ndarray], usable: list[float], dragged: float) -> float:
+    """Return how surely 2X and 3X rose in one radial direction only, 0 to 1; 0.25 where directions are not known."""
+    sides = [
+        [index for index, channel in enumerate(now.recording.channels) if channel.direction == direction]
+        for direction in ("horizontal", "vertical")
+    ]
+    if not usable or not all(sides):
+        return 0.25
+    order = max(usable, key=lambda one: float(change[one].max()))
+    rises = [max(float(np.median(change[order][side])), dragged) for side in sides]
+    # The directions of a sound support differ by up to a factor of four (12 dB): less means nothing.
+    return 1.0 / (1.0 + float(np.exp(-(abs(rises[0] - rises[1]) - 12.0) / 3.0)))
+
+
+def _own_harmonics(now: Observation) -> list[float]:
+    """Return which of 2X and 3X no bearing, other shaft or twice the line frequency owns."""
+    return [order for order in (2.0, 3.0) if not owned_by_machine(now, order) and not _on_twice_line(now, order)]
+
+
+def _risen_harmonics(
+    now: Observation, change: dict[float, np.ndarray], usable: list[float], dragged: float, scatter: float
+) -> float:
+    """Return the largest rise of 2X and 3X beyond what a risen 1X drags along and what choosing the largest brings."""
     if not usable:
         return -np.inf
     largest = max(float(change[order].max()) for order in usable) - dragged

@@ -98,7 +98,12 @@ def test_baseline_that_shows_the_same_rhythm_takes_the_evidence_away(make: Make)
 def test_risen_1x_is_unbalance_against_a_baseline(make: Make) -> None:
     analysis = analyse_recording(make(lines={**HEALTHY, 1: 2.4}), baseline=make(seed=7))
     assert top(analysis)[0] == "unbalance"
-    assert top(analysis)[1] > 0.7  # the rest is shared by its rivals: bent shaft, resonance
+    assert top(analysis)[1] > 0.5
+    # One record at one speed cannot exclude what else turns with the shaft: it has its share, and the remark its test.
+    assert stated(analysis, "misalignment") > LEAST_PROBABILITY
+    assert stated(analysis, "bent_shaft") > LEAST_PROBABILITY
+    assert {"misalignment", "bent_shaft"} <= set(analysis.findings[0].rivals)
+    assert "two other speeds" in analysis.findings[0].check
     line = next(line for line in analysis.findings[0].lines if line.channel == "horizontal")
     assert line.amplitude == pytest.approx(2.4, rel=0.02)
     assert line.baseline_amplitude == pytest.approx(0.3, rel=0.1)
