@@ -18,7 +18,7 @@ from .law_call import call_force, call_jump
 from .product import add_product
 
 
-@numba.njit(fastmath=MATH, **INNER)
+@numba.njit(**INNER)
 def _evaluate_forces(plan, parameters, given, instant, own, jumping, x, u):  # type: ignore[no-untyped-def]
     """Evaluate all interface forces, u = u(signals, C y); ``given``, ``own`` and ``jumping`` are their signals."""
     table, inputs, outputs, addresses = plan
@@ -47,7 +47,7 @@ def _evaluate_forces(plan, parameters, given, instant, own, jumping, x, u):  # t
                 row += 1
 
 
-@numba.njit(fastmath=MATH, **INNER)
+@numba.njit(**INNER)
 def _free_motion(work, rows, diagonals):  # type: ignore[no-untyped-def]
     """Set the states after the step to e^(hL) y, and clear stages and probes."""
     first, following, stages = rows[4], rows[8], rows[6]
@@ -61,7 +61,7 @@ def _free_motion(work, rows, diagonals):  # type: ignore[no-untyped-def]
             work[following + i, lane] = total + after * work[first + i + 1, lane]
 
 
-@numba.njit(fastmath=MATH, **INNER)
+@numba.njit(**INNER)
 def _products(memory, work, rows, program, parts, stage):  # type: ignore[no-untyped-def]
     """Do what follows from the forces of a stage, at stage 0 also what follows from the states."""
     states, motions, forces = rows[0], rows[1], rows[2]

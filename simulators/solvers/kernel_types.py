@@ -9,8 +9,8 @@ import numba
 #: Sums may use fused multiply-add: the result does not depend on the number of lanes.
 MATH = {"contract"}
 OPTIONS: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
-#: Functions that only compiled code calls need no way in from Python; it costs compile time.
-INNER: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True}
+#: Parts of one function, each called at one place: put in before it is compiled, they are not compiled by themselves.
+INNER: dict[str, Any] = {"error_model": "numpy", "nogil": True, "inline": "always"}
 
 VECTOR, MATRIX, CUBE = numba.float64[::1], numba.float64[:, ::1], numba.float64[:, :, ::1]
 DEEP, INDEX, TABLE = numba.float64[:, :, :, ::1], numba.int64[::1], numba.int64[:, ::1]
