@@ -11,6 +11,8 @@ from ..order_lines import doubt_of_shafts, fractions_resolved
 from ..result import Finding
 from ..signal.spectrum import peak_near
 
+_NEW = 10.0  # growth from which a line was not there before
+
 
 def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
     """Return oil whirl when a strong line tracks just below half the speed and no rolling bearing is known."""
@@ -29,17 +31,24 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
         )
         if now.is_significant(line) and (best is None or ratio > best[1]):
             best, index = (line, ratio), channel
-    if best is None or best[1] < 0.1:
+    if best is None:
         return []
     line, ratio = best
-    # Proximity probes mean journal bearings as a rule; elsewhere a belt, another shaft or a cage makes such lines too.
-    journal = all(channel.quantity == "displacement" for channel in now.recording.channels)
-    probability = (0.85 if journal else 0.4) * ratio / (ratio + (0.3 if journal else 0.5))
-    probability *= doubt_of_shafts(now)
+    growth = None
     if baseline is not None and comparable(now, baseline):
         before = baseline.line_at(line.frequency_hz, channel=index, name="whirl", tolerance_hz=0.05 * now.speed_hz)
-        if line.amplitude < 2 * max(before.amplitude, before.noise_floor):
+        growth = line.amplitude / max(before.amplitude, before.noise_floor, 1e-300)
+        if growth < 2:
             return []
+    # Proximity probes mean journal bearings as a rule; elsewhere a belt, another shaft or a cage makes such lines too.
+    journal = all(channel.quantity == "displacement" for channel in now.recording.channels)
+    share = ratio / (ratio + (0.3 if journal else 0.5))
+    if journal and growth is not None and growth > _NEW:
+        # A sound film makes no such line: that it came counts, however large 1X is beside it.
+        share = max(share, 0.6)
+    elif ratio < 0.1:
+        return []
+    probability = (0.85 if journal else 0.4) * share * doubt_of_shafts(now)
     return [
         Finding(
             "oil_whirl",

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rotorwise.datasets.recording import GearPair, Nameplate
+from rotorwise.datasets.recording import GearPair, MountedBearing, Nameplate
 from rotorwise.diagnose import Analysis, analyse_recording
 from rotorwise.diagnose.evidence import LEAST_PROBABILITY, merged, rules
 from rotorwise.diagnose.result import FAULTS, Finding
@@ -190,6 +190,55 @@ def test_grown_mesh_without_sidebands_is_wear(make: Make) -> None:
         make(lines=mesh({}, amplitude=5.0), nameplate=GEARS), baseline=make(lines=mesh({}), nameplate=GEARS, seed=9)
     )
     assert top(analysis)[0] == "gear_wear"
+
+
+def test_a_mesh_that_takes_its_sidebands_along_is_wear(make: Make) -> None:
+    """Modulation of an unchanged depth: the mesh got stronger, the gear did not get rounder or less round."""
+    sides = (-2, -1, 1, 2)
+    healthy = make(lines=mesh({side: 0.1 for side in sides}), nameplate=GEARS, seed=9)
+    worn = make(lines=mesh({side: 0.5 for side in sides}, amplitude=5.0), nameplate=GEARS)
+    assert top(analyse_recording(worn, baseline=healthy))[0] == "gear_wear"
+
+
+def test_one_grown_pair_is_eccentricity(make: Make) -> None:
+    lines = mesh({-1: 0.6, 1: 0.6})
+    analysis = analyse_recording(
+        make(lines=lines, nameplate=GEARS), baseline=make(lines=mesh({}), nameplate=GEARS, seed=9)
+    )
+    assert top(analysis)[0] == "gear_eccentricity"
+
+
+def test_mesh_that_rose_in_one_direction_only_may_be_a_loose_joint(make: Make) -> None:
+    healthy = make(lines=mesh({}), nameplate=GEARS, seed=9)
+    loud, same = make(lines=mesh({}, amplitude=6.0), nameplate=GEARS), make(lines=mesh({}), nameplate=GEARS)
+    one_way = replace(loud, signals=np.stack([loud.signals[0], same.signals[1]]))
+    assert stated(analyse_recording(loud, baseline=healthy), "looseness") < LEAST_PROBABILITY
+    shared = analyse_recording(one_way, baseline=healthy)
+    assert stated(shared, "looseness") > 0.3
+    assert stated(shared, "gear_wear") > 0.2
+
+
+def test_2x_in_one_direction_only_may_be_a_contact(make: Make) -> None:
+    loud, same = make(lines={**HEALTHY, 2: 2.0}), make()
+    one_way = replace(loud, signals=np.stack([loud.signals[0], same.signals[1]]))
+    analysis = analyse_recording(one_way, baseline=make(seed=7))
+    assert {one.fault for one in analysis.findings} >= {"misalignment", "rub", "looseness"}
+    assert {"rub", "looseness"} <= set(analysis.findings[0].rivals)
+
+
+def test_bearing_that_modulates_the_mesh_is_no_defect(make: Make) -> None:
+    """Sidebands at BPFO beside the mesh lines, as strong as they may be, are no impacts; a comb of its own is."""
+    plate = Nameplate(gears=(GearPair(23, 46),), bearings=(MountedBearing(find_bearing("6205")),))
+    beside = {
+        mesh_order + sign * times * ORDERS.outer_race: 1.0 / times
+        for mesh_order in (69.0, 92.0, 115.0)
+        for times in (1, 2, 3)
+        for sign in (-1, 1)
+    }
+    modulated = make(lines={**HEALTHY, **beside}, nameplate=plate, noise_rms=0.1)
+    assert stated(analyse_recording(modulated), "bearing_outer_race") < 0.5
+    struck = make(impacts=(ImpactTrain(ORDERS.outer_race, 5.0, 3000.0),), nameplate=plate)
+    assert stated(analyse_recording(struck), "bearing_outer_race") > 0.9
 
 
 # --- the machine at rest, sensors ---------------------------------------------------------------------------------
