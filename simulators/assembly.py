@@ -6,8 +6,9 @@ Everything is addressed by name, so that an effect needs to know a place or a co
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, Protocol
 
 import numpy as np
@@ -126,6 +127,18 @@ class Assembly:
     torsional: dict[str, float] = field(default_factory=dict)
     #: Remarks for the user about this machine with these parameters and effects.
     notes: list[str] = field(default_factory=list)
+
+    def copy(self) -> Assembly:
+        """Return an independent copy: components can change, everything else they are made of is frozen."""
+        return Assembly(
+            self.speed_rad_s,
+            **{
+                item.name: copy.copy(getattr(self, item.name))
+                for item in fields(self)
+                if item.name not in ("speed_rad_s", "components")
+            },
+            components={name: copy.deepcopy(part) for name, part in self.components.items()},
+        )
 
     # -- coordinates and matrices ------------------------------------------------------------------------------
 

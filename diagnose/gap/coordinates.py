@@ -10,6 +10,9 @@ import numpy as np
 
 from ...simulators.parameter import LogNormal, Normal, Parameter, Uniform
 
+#: Coordinate that stands for nothing at all of a positive quantity.
+FAR = 12.0
+
 
 @dataclass(frozen=True)
 class Coordinate:
@@ -61,7 +64,7 @@ class Coordinate:
         if self.is_angle:
             return math.remainder(value, 2 * math.pi)
         if isinstance(prior, LogNormal):
-            return math.log(max(value, 1e-300) / prior.median) / math.log(prior.factor)
+            return max(math.log(max(value, 1e-300) / prior.median) / math.log(prior.factor), -FAR)
         if isinstance(prior, Normal):
             return (value - prior.mean) / prior.deviation
         assert isinstance(prior, Uniform)

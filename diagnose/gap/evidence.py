@@ -3,7 +3,7 @@
 The lines of the healthy conditions and of the conditions to explain share the machine's unknowns and the model error:
 they are one Gaussian vector, and what the healthy lines say is conditioned on. A hypothesis adds a response u. Each of
 its orders but the strongest may be wrong by a complex factor of standard deviation `LAW_TOLERANCE`, as no law holds
-exactly; the factor of the strongest is its strength.
+exactly; the factor of the strongest is its strength. At each probe each order may be wrong by `PROBE_TOLERANCE` more.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from .baseline import Baseline, error_covariance, noise_covariance
 from .lines import OrderLines, joined, stacked
 
 LAW_TOLERANCE = 0.15
+PROBE_TOLERANCE = 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +63,46 @@ class Comparison:
         return float(white @ white)
 
 
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Everything that hypotheses are compared on.
+
+    Attributes
+    ----------
+    lines : OrderLines
+        To explain.
+    baseline : Baseline
+        The calibrated machine in their conditions.
+    healthy : OrderLines, optional
+    at_healthy : Baseline, optional
+        The calibrated machine in the healthy conditions.
+    error : ndarray (probes, orders)
+        Standard deviation of the baseline's model error.
+    """
+
+    lines: OrderLines
+    baseline: Baseline
+    healthy: OrderLines | None
+    at_healthy: Baseline | None
+    error: np.ndarray
+
+    def plain(self) -> Comparison:
+        """Return the lines against what is expected without any effect."""
+        return comparison(self.lines, self.baseline, self.healthy, self.at_healthy, self.error)
+
+    def around(self, baseline: Baseline, response: np.ndarray) -> Comparison:
+        """Return the lines against a machine with effects, linearised with them, that add ``response``."""
+        own = PROBE_TOLERANCE * np.sqrt((np.abs(response) ** 2).mean(axis=0) / 2)
+        return comparison(self.lines, baseline, self.healthy, self.at_healthy, self.error, own)
+
+
 def comparison(
-    lines: OrderLines, baseline: Baseline, healthy: OrderLines | None, at_healthy: Baseline | None, error: np.ndarray
+    lines: OrderLines,
+    baseline: Baseline,
+    healthy: OrderLines | None,
+    at_healthy: Baseline | None,
+    error: np.ndarray,
+    own_error: np.ndarray | None = None,
 ) -> Comparison:
     """Return the lines against what the machine, and its healthy lines if there are any, let expect.
 
@@ -76,13 +115,16 @@ def comparison(
     healthy : OrderLines, optional
     error : ndarray (probes, orders)
         Standard deviation of the model error.
+    own_error : ndarray (probes, orders), optional
+        Of a further model error that the healthy lines do not share.
     """
     unknown = baseline.prior**2
+    further = error_covariance(lines.conditions, own_error, lines.seen) if own_error is not None else 0.0
     if healthy is None or at_healthy is None:
         expected = baseline.lines + np.tensordot(baseline.prior_mean, baseline.slopes, 1)
         slopes = stacked(baseline.slopes, lines.seen)
         covariance = (slopes.T * unknown) @ slopes + error_covariance(lines.conditions, error, lines.seen)
-        return _compared(lines, expected, covariance + noise_covariance(lines))
+        return _compared(lines, expected, covariance + noise_covariance(lines) + further)
     both = joined(healthy, lines)
     model = np.concatenate([at_healthy.lines, baseline.lines])
     slopes = np.concatenate([at_healthy.slopes, baseline.slopes], axis=1)
@@ -97,7 +139,8 @@ def comparison(
     weights = np.linalg.solve(whole[np.ix_(first, first)], whole[np.ix_(first, ~first)])
     shift = weights.T @ residual[first]
     covariance = whole[np.ix_(~first, ~first)] - weights.T @ whole[np.ix_(first, ~first)]
-    return _compared(lines, expected[len(healthy.conditions) :] + _unstacked(shift, lines.seen), covariance)
+    there = expected[len(healthy.conditions) :] + _unstacked(shift, lines.seen)
+    return _compared(lines, there, covariance + further)
 
 
 def _compared(lines: OrderLines, expected: np.ndarray, covariance: np.ndarray) -> Comparison:
@@ -120,18 +163,19 @@ def _unstacked(values: np.ndarray, seen: np.ndarray) -> np.ndarray:
 
 def law_columns(compared: Comparison, response: np.ndarray) -> np.ndarray:
     """Return the whitened directions in which a response's law may be wrong, shape (directions, reals)."""
-    power = np.array([compared.detectability(_only(response, k)) for k in range(response.shape[-1])])
-    weaker = [k for k, own in enumerate(power) if own > 1e-3 and k != int(np.argmax(power))]
-    if not weaker:
-        return np.zeros((0, compared.residual.size))
-    parts = np.stack([_only(response, k) for k in weaker])
-    return LAW_TOLERANCE * compared.whitened(np.concatenate([parts, 1j * parts]))
-
-
-def _only(response: np.ndarray, order: int) -> np.ndarray:
-    part = np.zeros_like(response)
-    part[..., order] = response[..., order]
-    return part
+    whole = np.zeros((response.shape[2], *response.shape), dtype=complex)
+    single = np.zeros((response.shape[1] * response.shape[2], *response.shape), dtype=complex)
+    for order in range(response.shape[2]):
+        whole[order, :, :, order] = response[:, :, order]
+        for probe in range(response.shape[1]):
+            single[order * response.shape[1] + probe, :, probe, order] = response[:, probe, order]
+    white = compared.whitened(np.concatenate([whole, 1j * whole]))
+    power = (white**2).sum(axis=1)
+    strongest = int(np.argmax(power[: whole.shape[0]]))
+    weaker = [k for k, own in enumerate(power) if own > 1e-3 and k % whole.shape[0] != strongest]
+    apart = PROBE_TOLERANCE * compared.whitened(np.concatenate([single, 1j * single]))
+    matters = (apart**2).sum(axis=1) > 1e-3
+    return np.concatenate([LAW_TOLERANCE * white[weaker], apart[matters]])
 
 
 @dataclass(frozen=True, eq=False)

@@ -148,6 +148,12 @@ def order_amplitudes_with_noise(
     return whole, np.sqrt(np.maximum(shrunk, 1e-300))
 
 
+def weighted_amplitudes(signals: np.ndarray, *, turns: np.ndarray, orders: np.ndarray) -> np.ndarray:
+    """Return complex amplitudes by a Hann window over the shaft's angle, shape (channels, orders)."""
+    centred = signals - signals.mean(axis=1, keepdims=True)
+    return _weighted_mean(centred, turns, np.exp(-2j * np.pi * np.outer(orders, turns)))
+
+
 def _weighted_mean(signals: np.ndarray, turns: np.ndarray, carriers: np.ndarray) -> np.ndarray:
     position = (turns - turns[0]) / (turns[-1] - turns[0])
     weight = (0.5 - 0.5 * np.cos(2 * np.pi * position)) * np.gradient(turns)

@@ -17,7 +17,7 @@ from ...simulators.sensor_record import SensorRecord
 from ...simulators.sensor_run import run_chain, sensor_effects
 from ...simulators.solvers.harmonic_balance import NoPeriodicMotionError, PeriodicMotion, harmonic_balance
 from .lines import Condition
-from .observe import order_amplitudes_with_noise
+from .observe import weighted_amplitudes
 
 #: Harmonics above the highest order looked at: parametric effects couple neighbours.
 FURTHER_HARMONICS = 2
@@ -126,7 +126,7 @@ class Predictor:
         )
         finished = run_chain(record, sensor_effects(machine), samples=samples, seed=0)
         turns = finished.phase_rad / (2 * np.pi)
-        return order_amplitudes_with_noise(finished.signals, turns=turns, orders=np.array(self.orders))[0]
+        return weighted_amplitudes(finished.signals, turns=turns, orders=np.array(self.orders))
 
 
 def _is_whole(order: float) -> bool:

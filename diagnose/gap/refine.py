@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...simulators.machine import Machine
+from .baseline import linearised
 from .coordinates import Coordinate, log_prior, values_at
-from .evidence import Comparison, Widened, law_columns, log_density
+from .evidence import Comparison, Problem, Widened, law_columns, log_density
 from .hypotheses import Candidate
 from .predict import Predictor, UnpredictableError
 
 STEP = 2e-3
-MOST_STEPS = 12
+FIRST_STEPS, MOST_STEPS = 3, 12
 #: Least precision of an angle: of a flat prior on a full circle.
 CIRCLE_PRECISION = 12 / (2 * math.pi) ** 2
 LONGEST_MOVE = 1.0
@@ -105,44 +106,105 @@ def nothing(compared: Comparison) -> Fit:
     return Fit((), np.zeros(0), np.zeros((0, 0)), response, none, evidence, compared.residual, empty)
 
 
-def refined(
+def climbed(
     chosen: Sequence[Candidate],
-    start: np.ndarray,
+    starts: Sequence[np.ndarray],
     compared: Comparison,
     machine: Machine,
     predictor: Predictor,
     *,
-    most_steps: int = MOST_STEPS,
-) -> Fit | None:
-    """Return the fit of effects from a start in their coordinates; None where their motion cannot be computed.
+    steps: int,
+) -> Climbed | None:
+    """Return the best of several starts after some steps; None where the motion cannot be computed.
 
     Levenberg-Marquardt on the whitened residual and the prior; the law's tolerance is that of the current response.
     """
-    coordinates = tuple(c for candidate in chosen for c in candidate.coordinates)
-    precision = np.array([c.precision for c in coordinates])
-    base = predictor.amplitudes(machine)
+    response, precision = _response(chosen, machine, predictor), _precision(chosen)
+    tried = []
+    for start in starts:
+        try:
+            tried.append(_climb(response, start, precision, compared, steps))
+        except UnpredictableError:
+            continue
+    return min(tried, key=lambda one: one.objective) if tried else None
 
-    def response(position: np.ndarray) -> np.ndarray:
-        return predictor.amplitudes(with_candidates(machine, chosen, position)) - base
 
+def refined(
+    chosen: Sequence[Candidate], start: np.ndarray, compared: Comparison, machine: Machine, predictor: Predictor
+) -> Fit | None:
+    """Return the fit of effects from a start; None where their motion cannot be computed."""
+    response = _response(chosen, machine, predictor)
     try:
-        position, added = _climb(response, start, precision, compared, most_steps)
-        slopes = _slopes(response, position, added)
+        best = _climb(response, start, _precision(chosen), compared, MOST_STEPS)
+        return _fit(chosen, best.position, best.added, _slopes(response, best.position, best.added), compared)
     except UnpredictableError:
         return None
+
+
+def _response(
+    chosen: Sequence[Candidate], machine: Machine, predictor: Predictor
+) -> Callable[[np.ndarray], np.ndarray]:
+    base = predictor.amplitudes(machine)
+    return lambda position: predictor.amplitudes(with_candidates(machine, chosen, position)) - base
+
+
+def jointly(fit: Fit, problem: Problem, predictor: Predictor) -> Fit:
+    """Return the fit with the machine's own unknowns linearised beside the effects, not without them.
+
+    The machine's slopes are taken with the effects in place; the effects' values follow by one more climb.
+    """
+    if not fit.candidates:
+        return fit
+    baseline = problem.baseline
+    machine = fit.machine(baseline.machine)
+    around = linearised(machine, baseline.coordinates, baseline.position, predictor)
+    compared = problem.around(around, fit.response)
+    # The residual is against the machine with the effects: their response is put back, to be fitted anew.
+    without = replace(compared, residual=compared.residual + compared.whitened(fit.response))
+    found = refined(fit.candidates, fit.position, without, baseline.machine, predictor)
+    return found or fit
+
+
+def _precision(chosen: Sequence[Candidate]) -> np.ndarray:
+    return np.array([c.precision for candidate in chosen for c in candidate.coordinates])
+
+
+def _fit(
+    chosen: Sequence[Candidate], position: np.ndarray, added: np.ndarray, slopes: np.ndarray, compared: Comparison
+) -> Fit:
+    """Return the fit at its best position with Laplace's evidence."""
+    coordinates = tuple(c for candidate in chosen for c in candidate.coordinates)
     law = Widened(law_columns(compared, added))
     residual = compared.residual - compared.whitened(added)
     white = compared.whitened(slopes)
-    least = np.where([c.is_angle for c in coordinates], CIRCLE_PRECISION, precision)
+    least = np.where([c.is_angle for c in coordinates], CIRCLE_PRECISION, _precision(chosen))
     information = white @ law.solve(white).T + np.diag(least)
-    covariance = np.linalg.inv(information)
     evidence = (
         log_density(compared, residual, law)
         + log_prior(coordinates, position)
         + 0.5 * len(coordinates) * math.log(2 * math.pi)
         - 0.5 * float(np.linalg.slogdet(information)[1])
     )
+    covariance = np.linalg.inv(information)
     return Fit(tuple(chosen), position, covariance, added, slopes, evidence, residual, law.directions)
+
+
+@dataclass(frozen=True, eq=False)
+class Climbed:
+    """Where a climb has got to.
+
+    Attributes
+    ----------
+    position : ndarray (coordinates,)
+    added : ndarray (conditions, probes, orders), complex
+        The response there.
+    objective : float
+        Minus the logarithm of likelihood and prior, up to a constant.
+    """
+
+    position: np.ndarray
+    added: np.ndarray
+    objective: float
 
 
 def _climb(
@@ -151,11 +213,12 @@ def _climb(
     precision: np.ndarray,
     compared: Comparison,
     most_steps: int,
-) -> tuple[np.ndarray, np.ndarray]:
+) -> Climbed:
     added, damping = response(position), 1e-3
+    best = math.inf
     for _ in range(most_steps):
         law = Widened(law_columns(compared, added))
-        here = _objective(compared, added, position, precision, law)
+        here = best = _objective(compared, added, position, precision, law)
         white = compared.whitened(_slopes(response, position, added))
         gradient = white @ law.solve(compared.residual - compared.whitened(added)) - precision * position
         curvature = white @ law.solve(white).T + np.diag(precision)
@@ -176,10 +239,10 @@ def _climb(
             damping = max(10 * damping, 1e-3)
         if not moved:
             break
-        position, added, damping = trial, there, damping / 5
+        position, added, damping, best = trial, there, damping / 5, value
         if here - value < 1e-2:
             break
-    return position, added
+    return Climbed(position, added, best)
 
 
 def _objective(

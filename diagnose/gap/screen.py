@@ -19,7 +19,7 @@ from .evidence import Comparison, Widened, law_columns, log_density
 from .hypotheses import Candidate
 from .predict import Predictor, UnpredictableError
 
-ANGLES = 24
+FINE_ANGLES = 360
 #: Levels of a strength that is not proportional, of a free angle that does not only turn, of any other parameter.
 STRENGTH_LEVELS, ANGLE_LEVELS, SHAPE_LEVELS = 5, 8, 3
 MOST_SHAPES = 8
@@ -203,41 +203,77 @@ def starts(
     orders = np.array(compared.lines.orders)
     rated: list[tuple[float, np.ndarray, np.ndarray]] = []
     for atom in atoms:
-        for angle, response, white in _turned(atom, compared, orders):
-            power = float(white @ white)
-            if power < 1e-9:
-                continue
-            reach = FAR if atom.proportional else NEAR
-            scale = min(max(float(white @ wanted) / power, 1 / reach), reach)
-            position = _scaled_down(candidate, atom, scale)
-            if position is None:
-                continue
-            if atom.turning >= 0:
-                position[atom.turning] += angle
-            gain = scale * float(white @ wanted) - 0.5 * scale**2 * power + log_prior(candidate.coordinates, position)
-            rated.append((gain, position, scale * response))
+        rated += _rated(candidate, atom, compared, orders, wanted)
     rated.sort(key=lambda item: -item[0])
     found = []
-    for _, position, response in rated[:FINALISTS]:
+    for _, position, response in _different(rated):
         law = Widened(law_columns(compared, response))
         value = log_density(compared, wanted - compared.whitened(response), law)
         found.append(Start(candidate, position, value + log_prior(candidate.coordinates, position)))
     return sorted(found, key=lambda one: -one.score)
 
 
-def _scaled_down(candidate: Candidate, atom: Atom, scale: float) -> np.ndarray | None:
-    """Return the position of the scaled atom; the nearest allowed one where a bound is in the way."""
-    if not atom.moving:
-        return atom.position.copy()
-    found = scaled_strengths(candidate, atom.position, atom.moving, scale)
-    if found is None and not atom.proportional:
-        return atom.position.copy()
+def _rated(
+    candidate: Candidate, atom: Atom, compared: Comparison, orders: np.ndarray, wanted: np.ndarray
+) -> list[tuple[float, np.ndarray, np.ndarray]]:
+    """Return gain of likelihood and prior, position and response of an atom at its best strength and best angles."""
+    found = []
+    reach = FAR if atom.proportional else NEAR
+    parts = _parts(atom, compared)
+    for angle in _best_angles(parts, orders, wanted) if atom.turning >= 0 else [0.0]:
+        white = _at_angle(parts, orders, angle)
+        power = float(white @ white)
+        if power < 1e-9:
+            continue
+        scale = min(max(float(white @ wanted) / power, 1 / reach), reach)
+        position = _scaled(candidate, atom, scale)
+        if atom.turning >= 0:
+            position[atom.turning] += angle
+        gain = scale * float(white @ wanted) - 0.5 * scale**2 * power + log_prior(candidate.coordinates, position)
+        found.append((gain, position, scale * atom.response * np.exp(1j * orders * angle)))
     return found
 
 
-def _turned(atom: Atom, compared: Comparison, orders: np.ndarray) -> list[tuple[float, np.ndarray, np.ndarray]]:
-    if atom.turning < 0:
-        return [(0.0, atom.response, compared.whitened(atom.response))]
-    angles = 2 * np.pi * np.arange(ANGLES) / ANGLES
-    turned = atom.response * np.exp(1j * np.multiply.outer(angles, orders))[:, None, None, :]
-    return list(zip(angles.tolist(), turned, compared.whitened(turned), strict=True))
+def _different(rated: list[tuple[float, np.ndarray, np.ndarray]]) -> list[tuple[float, np.ndarray, np.ndarray]]:
+    """Return the best few that do not lie side by side."""
+    chosen: list[tuple[float, np.ndarray, np.ndarray]] = []
+    for one in rated:
+        if all(np.abs(one[1] - other[1]).max() > 0.3 for other in chosen):
+            chosen.append(one)
+        if len(chosen) == FINALISTS:
+            break
+    return chosen
+
+
+def _scaled(candidate: Candidate, atom: Atom, scale: float) -> np.ndarray:
+    """Return the position of the scaled atom, as near as its bounds allow."""
+    for share in (1.0, 0.5, 0.0):
+        found = scaled_strengths(candidate, atom.position, atom.moving, scale**share)
+        if found is not None:
+            return found
+    return atom.position.copy()
+
+
+def _parts(atom: Atom, compared: Comparison) -> np.ndarray:
+    """Return the whitened response of each order, and of each order a quarter turn on, shape (2, orders, reals)."""
+    single = np.zeros((atom.response.shape[-1], *atom.response.shape), dtype=complex)
+    for order in range(single.shape[0]):
+        single[order, ..., order] = atom.response[..., order]
+    return np.stack([compared.whitened(single), compared.whitened(1j * single)])
+
+
+def _at_angle(parts: np.ndarray, orders: np.ndarray, angle: float) -> np.ndarray:
+    return np.cos(orders * angle) @ parts[0] + np.sin(orders * angle) @ parts[1]
+
+
+def _best_angles(parts: np.ndarray, orders: np.ndarray, wanted: np.ndarray) -> list[float]:
+    """Return the angles at which the turned response, at its best strength, explains most: local bests of a grid."""
+    along = parts @ wanted
+    gram = np.einsum("akr,blr->abkl", parts, parts)
+    angles = 2 * np.pi * np.arange(FINE_ANGLES) / FINE_ANGLES
+    waves = np.stack([np.cos(np.outer(angles, orders)), np.sin(np.outer(angles, orders))])
+    projected = np.maximum(np.einsum("agk,ak->g", waves, along), 0.0)
+    power = np.einsum("agk,abkl,bgl->g", waves, gram, waves)
+    gain = projected**2 / np.maximum(power, 1e-300)
+    peaks = [i for i in range(FINE_ANGLES) if gain[i] >= gain[i - 1] and gain[i] >= gain[(i + 1) % FINE_ANGLES]]
+    return [float(angles[i]) for i in sorted(peaks, key=lambda i: -gain[i])[:FINALISTS]]

@@ -1,0 +1,169 @@
+"""The answer of the gap engine: verdict, causes, what stays open, the gain, and what the pictures need."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...simulators.machine import Machine
+from .lines import OrderLines
+
+#: Possible verdicts.
+KINDS = ("none", "one cause", "several causes", "unknown", "cannot tell")
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One fitted parameter.
+
+    Attributes
+    ----------
+    value, low, high : float
+        Most probable value, and the ends of the 90 % interval, in ``unit``.
+    unit : str
+        "" for a pure number.
+    """
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Cause:
+    """An effect that explains the gap.
+
+    Attributes
+    ----------
+    effect : str
+        Name in the catalogue.
+    at : str
+        Part of the machine; empty when there is only one.
+    probability : float
+        That this effect is among the causes.
+    parameters : mapping of str to Estimate
+    check : str
+        What to look at on the machine.
+    """
+
+    effect: str
+    at: str
+    probability: float
+    parameters: Mapping[str, Estimate]
+    check: str
+
+
+@dataclass(frozen=True)
+class ResidualLine:
+    """A line that the calibrated machine without any effect gets wrong.
+
+    Attributes
+    ----------
+    probe : str
+    order : float
+    condition : int
+        Number of the condition in the lines.
+    measured, simulated : complex
+        Amplitudes in the probe's SI unit.
+    sigma : float
+        Their distance in standard deviations of everything uncertain.
+    """
+
+    probe: str
+    order: float
+    condition: int
+    measured: complex
+    simulated: complex
+    sigma: float
+
+
+@dataclass(frozen=True)
+class Gain:
+    """How much closer the extended machine comes to conditions that it was not fitted to.
+
+    All in dB of residual power against the machine as given; positive is better. NaN where not computed.
+
+    Attributes
+    ----------
+    held_out_db : float
+        By the extended machine.
+    calibration_only_db : float
+        By calibrating the machine's own parameters and the probes' gains.
+    wrong_effect_db : float
+        By the best effect of another name: a placebo.
+    smooth_function_db : float
+        By a smooth function of speed with as many parameters: a placebo.
+    held_out : tuple of int
+        Numbers of the conditions that were not fitted.
+    """
+
+    held_out_db: float
+    calibration_only_db: float
+    wrong_effect_db: float
+    smooth_function_db: float
+    held_out: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class GapResult:
+    """What a simulated machine gets wrong about a measured one, and why.
+
+    Attributes
+    ----------
+    kind : str
+        One of `KINDS`.
+    causes : tuple of Cause
+        Most probable first; empty for "none" and "unknown".
+    probabilities : mapping of tuple of str to float
+        Of every hypothesis compared, by sorted names of its effects; () is "nothing is wrong", ("unknown",) is
+        "something outside the catalogue". They sum to 1.
+    indistinguishable : tuple of tuple of str
+        Sets of effects that these data cannot tell apart.
+    next_measurement : str
+        What to record to tell them apart, or to be able to tell at all; empty when nothing is open.
+    sentence : str
+        The verdict in plain words.
+    residuals : tuple of ResidualLine
+        Largest first.
+    gain : Gain
+    detectability : float
+        d2: squared size of the fitted response in standard deviations of everything uncertain.
+    misfit : float
+        Chance of a residual as large as what the verdict leaves.
+    measured : OrderLines
+        In the conditions to explain.
+    before, after : ndarray (conditions, probes, orders), complex
+        Simulated lines: by the calibrated machine, and by the extended one (equal for "none"; for "unknown" with the
+        empirical lines).
+    machine : Machine
+        As given.
+    calibrated : Machine
+        With its own parameters fitted.
+    extended : Machine
+        With the fitted effects: simulates.
+    not_compared : mapping of str to str
+        Effects of the catalogue that were left out, with the reason.
+    remarks : tuple of str
+    """
+
+    kind: str
+    causes: tuple[Cause, ...]
+    probabilities: Mapping[tuple[str, ...], float]
+    indistinguishable: tuple[tuple[str, ...], ...]
+    next_measurement: str
+    sentence: str
+    residuals: tuple[ResidualLine, ...]
+    gain: Gain
+    detectability: float
+    misfit: float
+    measured: OrderLines
+    before: np.ndarray
+    after: np.ndarray
+    machine: Machine
+    calibrated: Machine
+    extended: Machine
+    not_compared: Mapping[str, str]
+    remarks: tuple[str, ...] = ()

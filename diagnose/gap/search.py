@@ -1,0 +1,187 @@
+"""The search over hypotheses: nothing, one effect, two effects, something unknown; and how probable each is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .evidence import Comparison, Problem, Widened
+from .hypotheses import Candidate
+from .predict import Predictor
+from .refine import FIRST_STEPS, Climbed, Fit, climbed, jointly, nothing, refined
+from .screen import Atom, Start, starts
+from .unknown_force import Unknown, unexplained
+
+#: Probability before any measurement that nothing, one effect, two effects or something unknown is the cause.
+PRIOR = {"none": 0.4, "one": 0.4, "two": 0.1, "unknown": 0.1}
+#: Effects of which a few steps are made, of these the ones followed to the end, and of these the ones compared with the
+#: machine re-fitted beside them.
+REFINED, FINISHED, JOINT = 8, 4, 3
+#: Starts of one effect.
+STARTS = 2
+#: Best single effects to which partners are tried, and partners of each.
+LEADERS, PARTNERS = 2, 2
+#: A second effect needs this much more evidence than the best single one.
+PAIR_MARGIN = 5.0
+#: A single effect whose residual has this chance needs no partner.
+EXPLAINED = 0.3
+#: Chance below which the best hypothesis' residual is too large to be noise: what is left is then unknown.
+MISFIT = 1e-3
+
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """What was compared and how probable each hypothesis is.
+
+    Attributes
+    ----------
+    compared : Comparison
+        Without any effect.
+    none : Fit
+    fits : tuple of Fit
+        Hypotheses of one and two effects, most probable first.
+    unknown : Unknown
+    probabilities : mapping of tuple of str to float
+        By names of effects: () for nothing, ("unknown",) for something outside the catalogue. Sums to 1.
+    misfit : float
+        Chance of a residual as large as the best hypothesis leaves.
+    """
+
+    compared: Comparison
+    none: Fit
+    fits: tuple[Fit, ...]
+    unknown: Unknown
+    probabilities: Mapping[tuple[str, ...], float]
+    misfit: float
+
+    def best(self, names: tuple[str, ...]) -> Fit:
+        """Return the best fit of effects of these names."""
+        return next(fit for fit in (*self.fits, self.none) if fit.names == names)
+
+
+def search(
+    problem: Problem,
+    atoms: Mapping[Candidate, Sequence[Atom]],
+    predictor: Predictor,
+    kernels: np.ndarray | None,
+    *,
+    tell: Tell = lambda _: None,
+) -> Posterior:
+    """Return the posterior over all hypotheses.
+
+    Parameters
+    ----------
+    problem : Problem
+    atoms : mapping of Candidate to sequence of Atom
+        Responses in the problem's conditions, from `screen.atoms_of`.
+    predictor : Predictor
+        For the problem's conditions.
+    kernels : ndarray, optional
+        From `unknown_force.force_kernels`.
+    """
+    compared, machine = problem.plain(), problem.baseline.machine
+    none = nothing(compared)
+    screened = _screened(atoms, compared, None)
+    begun: list[tuple[Climbed, Candidate]] = []
+    for rank, options in enumerate(screened[:REFINED]):
+        tell(f"effect {rank + 1} of {min(REFINED, len(screened))}: {options[0].candidate}")
+        one = options[0].candidate
+        places = [option.position for option in options[:STARTS]]
+        first = climbed([one], places, compared, machine, predictor, steps=FIRST_STEPS)
+        begun += [(first, one)] if first else []
+    begun.sort(key=lambda item: item[0].objective)
+    found = [refined([one], first.position, compared, machine, predictor) for first, one in begun[:FINISHED]]
+    singles = [fit for fit in found if fit]
+    singles = _jointly_best(singles, problem, predictor)
+    pairs = _pairs(singles, atoms, problem, predictor, tell) if singles else []
+    unknown = unexplained(compared, none.log_evidence, kernels)
+    fits = tuple(sorted([*singles, *pairs], key=lambda fit: -fit.log_evidence))
+    count = len({candidate.name for candidate in atoms})
+    return _posterior(compared, none, fits, unknown, count)
+
+
+def _screened(
+    atoms: Mapping[Candidate, Sequence[Atom]], compared: Comparison, residual: np.ndarray | None
+) -> list[list[Start]]:
+    """Return each candidate's starts, the best candidate first."""
+    found = [starts(candidate, own, compared, residual=residual) for candidate, own in atoms.items() if own]
+    return sorted([options for options in found if options], key=lambda options: -options[0].score)
+
+
+def _jointly_best(fits: list[Fit], problem: Problem, predictor: Predictor) -> list[Fit]:
+    ranked = sorted(fits, key=lambda fit: -fit.log_evidence)
+    return [jointly(fit, problem, predictor) for fit in ranked[:JOINT]] + ranked[JOINT:]
+
+
+def _pairs(
+    singles: list[Fit],
+    atoms: Mapping[Candidate, Sequence[Atom]],
+    problem: Problem,
+    predictor: Predictor,
+    tell: Tell,
+) -> list[Fit]:
+    """Return two effects together, where the second explains clearly more."""
+    leaders = sorted(singles, key=lambda fit: -fit.log_evidence)[:LEADERS]
+    best = leaders[0].log_evidence
+    if _chance_of_residual(leaders[0]) > EXPLAINED:
+        return []
+    compared, found = problem.plain(), []
+    for leader in leaders:
+        left = compared.residual - compared.whitened(leader.response)
+        partners = [o for o in _screened(atoms, compared, left) if o[0].candidate.name != leader.candidates[0].name]
+        for options in partners[:PARTNERS]:
+            tell(f"{leader.candidates[0]} with {options[0].candidate}")
+            places = [np.concatenate([leader.position, o.position]) for o in options[:STARTS]]
+            both = [leader.candidates[0], options[0].candidate]
+            machine = problem.baseline.machine
+            first = climbed(both, places, compared, machine, predictor, steps=FIRST_STEPS)
+            fit = refined(both, first.position, compared, machine, predictor) if first else None
+            found += [fit] if fit else []
+    kept: dict[tuple[str, ...], Fit] = {}
+    for fit in sorted(found, key=lambda fit: -fit.log_evidence):
+        kept.setdefault(fit.names, fit)
+    joint = [jointly(fit, problem, predictor) for fit in list(kept.values())[:2]]
+    return [fit for fit in joint if fit.log_evidence > best + PAIR_MARGIN]
+
+
+def _posterior(compared: Comparison, none: Fit, fits: tuple[Fit, ...], unknown: Unknown, effects: int) -> Posterior:
+    logs: dict[tuple[str, ...], list[float]] = {(): [none.log_evidence + math.log(PRIOR["none"])]}
+    pairs = max(effects * (effects - 1) / 2, 1.0)
+    for fit in fits:
+        single = len(fit.candidates) == 1
+        prior = math.log(PRIOR["one"] / effects) if single else math.log(PRIOR["two"] / pairs)
+        logs.setdefault(fit.names, []).append(fit.log_evidence + prior)
+    logs["unknown",] = [unknown.log_evidence + math.log(PRIOR["unknown"])]
+    # An effect at several places: the places share its prior.
+    totals = {names: _log_sum(values) - math.log(len(values)) for names, values in logs.items()}
+    top = max(totals, key=lambda names: totals[names])
+    misfit = 1.0
+    if top != ("unknown",):
+        winner = next((fit for fit in (*fits, none) if fit.names == top), none)
+        misfit = _chance_of_residual(winner)
+        if misfit < MISFIT:
+            # The winner leaves more than noise: what it stands for is at best a part of the truth.
+            totals["unknown",] = max(totals["unknown",], totals[top] + math.log(MISFIT / max(misfit, 1e-300)))
+    whole = _log_sum(list(totals.values()))
+    probabilities = {names: math.exp(value - whole) for names, value in totals.items()}
+    ordered = dict(sorted(probabilities.items(), key=lambda item: -item[1]))
+    return Posterior(compared, none, fits, unknown, ordered, misfit)
+
+
+def _log_sum(values: Sequence[float]) -> float:
+    from scipy.special import logsumexp
+
+    return float(logsumexp(values))
+
+
+def _chance_of_residual(fit: Fit) -> float:
+    """Return the chance that noise, within the law's tolerance, leaves as large a residual."""
+    from scipy.stats import chi2
+
+    power = float(fit.residual @ Widened(fit.law).solve(fit.residual))
+    return float(chi2.sf(power, max(fit.residual.size - fit.position.size, 1)))
