@@ -99,7 +99,7 @@ def search(
     singles = [fit for fit in found if fit]
     singles = _jointly_best(singles, problem, predictor)
     pairs = _pairs(singles, atoms, problem, predictor, tell) if singles else []
-    unknown = unexplained(compared, none.log_evidence, kernels)
+    unknown = unexplained(compared, kernels)
     fits = tuple(sorted([*singles, *pairs], key=lambda fit: -fit.log_evidence))
     count = len({candidate.name for candidate in atoms})
     return _posterior(compared, none, fits, unknown, count)
@@ -174,9 +174,8 @@ def _posterior(compared: Comparison, none: Fit, fits: tuple[Fit, ...], unknown: 
 
 
 def _log_sum(values: Sequence[float]) -> float:
-    from scipy.special import logsumexp
-
-    return float(logsumexp(values))
+    largest = max(values)
+    return largest + math.log(sum(math.exp(value - largest) for value in values))
 
 
 def _chance_of_residual(fit: Fit) -> float:

@@ -46,32 +46,86 @@ class Unknown:
     as_force: tuple[bool, ...]
 
 
-def unexplained(compared: Comparison, log_evidence: float, kernels: np.ndarray | None) -> Unknown:
+def unexplained(compared: Comparison, kernels: np.ndarray | None) -> Unknown:
     """Return the most probable unexplained lines.
 
     Parameters
     ----------
     compared : Comparison
-    log_evidence : float
-        Of nothing being there.
     kernels : ndarray (orders, conditions, probes, conditions, probes), complex, optional
         Covariance of the lines that forces make, from `force_kernels`.
     """
-    orders = len(compared.lines.orders)
     residual = compared.factor @ compared.residual
-    lines = np.zeros(compared.seen.shape, dtype=complex)
-    gains, as_force = np.zeros(orders), []
-    for order in range(orders):
-        found = [_explained(compared, residual, order, _line_kernel(compared))]
-        if kernels is not None:
-            found.append(_explained(compared, residual, order, kernels[order]))
-        gain, values = max(found, key=lambda one: one[0])
-        as_force.append(len(found) > 1 and found[1][0] >= found[0][0])
-        cost = math.log(len(found) * SIZES.size)
-        if gain - cost > LEAST_GAIN:
-            gains[order] = gain - cost
-            lines[:, :, order] = values
-    return Unknown(log_evidence + float(gains.sum()), lines, gains, tuple(as_force))
+    free = _line_kernel(compared)
+    chosen: list[np.ndarray | None] = []
+    as_force, cost = [], 0.0
+    for order in range(len(compared.lines.orders)):
+        options = [_embedded(compared, order, free)]
+        options += [] if kernels is None else [_embedded(compared, order, kernels[order])]
+        found = [_best_size(compared, residual, option) for option in options]
+        gain, size = max(found)
+        price = math.log(len(found) * SIZES.size)
+        as_force.append(found.index((gain, size)) == 1)
+        needed = gain - price > LEAST_GAIN
+        chosen.append(size * options[int(as_force[-1])] if needed else None)
+        cost += price if needed else 0.0
+    # Sizes were chosen order by order; what they are worth together is the density of all lines.
+    kept = [part for part in chosen if part is not None]
+    together = sum(kept) if kept else np.zeros_like(compared.covariance)
+    evidence, values = _joint(compared, residual, np.asarray(together))
+    gains = np.zeros(len(chosen))
+    for order, part in enumerate(chosen):
+        if part is not None:
+            gains[order] = evidence - _joint(compared, residual, np.asarray(together) - part)[0]
+    half, seen = values.size // 2, compared.seen
+    lines = np.zeros(seen.shape, dtype=complex)
+    lines[seen] = values[:half] + 1j * values[half:]
+    return Unknown(evidence - cost, lines, gains, tuple(as_force))
+
+
+def _joint(compared: Comparison, residual: np.ndarray, added: np.ndarray) -> tuple[float, np.ndarray]:
+    """Return the logarithm of the density with a further covariance, and what of the residual that explains."""
+    whole = compared.covariance + added
+    factor = np.linalg.cholesky(whole + JITTER * np.diag(np.diag(whole)))
+    white = np.linalg.solve(factor, residual)
+    density = -0.5 * float(white @ white) - float(np.log(np.diag(factor)).sum())
+    return density - 0.5 * residual.size * math.log(2 * math.pi), added @ np.linalg.solve(factor.T, white)
+
+
+def _embedded(compared: Comparison, order: int, kernel: np.ndarray) -> np.ndarray:
+    """Return the covariance of all stacked lines that a complex kernel of one order's lines makes.
+
+    Scaled so that its largest variance is that of the order's largest line.
+    """
+    seen = compared.seen
+    flat = seen[:, :, order].ravel()
+    part = kernel.reshape(flat.size, flat.size)[np.ix_(flat, flat)]
+    along, across = np.real(part), np.imag(part)
+    real = 0.5 * np.block([[along, -across], [across, along]])
+    here = np.zeros(seen.shape, dtype=bool)
+    here[:, :, order] = seen[:, :, order]
+    rows = np.flatnonzero(np.tile(here[seen], 2))
+    result = np.zeros_like(compared.covariance)
+    if rows.size:
+        left = np.abs(compared.factor @ compared.residual)[rows].max()
+        result[np.ix_(rows, rows)] = real * left**2 / max(float(np.diag(real).max()), 1e-300)
+    return result
+
+
+def _best_size(compared: Comparison, residual: np.ndarray, kernel: np.ndarray) -> tuple[float, float]:
+    """Return the largest gain of evidence in one order alone by a random function, and its size."""
+    rows = np.flatnonzero(np.diag(kernel) > 0)
+    if not rows.size:
+        return 0.0, 0.0
+    own, part = compared.covariance[np.ix_(rows, rows)], residual[rows]
+    factor = np.linalg.cholesky(own + JITTER * np.diag(np.diag(own)))
+    inverse = np.linalg.inv(factor)
+    values, vectors = np.linalg.eigh(inverse @ kernel[np.ix_(rows, rows)] @ inverse.T)
+    power = (vectors.T @ (inverse @ part)) ** 2
+    grown = np.outer(SIZES**2, np.maximum(values, 0.0))
+    gains = 0.5 * (power * grown / (1 + grown)).sum(axis=1) - 0.5 * np.log1p(grown).sum(axis=1)
+    best = int(np.argmax(gains))
+    return float(gains[best]), float(SIZES[best] ** 2)
 
 
 def _line_kernel(compared: Comparison) -> np.ndarray:
@@ -83,34 +137,6 @@ def _line_kernel(compared: Comparison) -> np.ndarray:
 def _sizes(compared: Comparison) -> np.ndarray:
     """Return the scale of each probe: its largest line."""
     return np.maximum(np.abs(compared.lines.amplitudes).max(axis=(0, 2)), 1e-300)
-
-
-def _explained(compared: Comparison, residual: np.ndarray, order: int, kernel: np.ndarray) -> tuple[float, np.ndarray]:
-    """Return the largest gain of evidence in one order by a random function with this kernel, and its lines."""
-    shape = compared.seen.shape[:2]
-    here = np.zeros(compared.seen.shape, dtype=bool)
-    here[:, :, order] = compared.seen[:, :, order]
-    rows = np.flatnonzero(np.tile(here[compared.seen], 2))
-    if not rows.size:
-        return 0.0, np.zeros(shape, dtype=complex)
-    own, part = compared.covariance[np.ix_(rows, rows)], residual[rows]
-    flat = compared.seen[:, :, order].ravel()
-    complex_kernel = kernel.reshape(flat.size, flat.size)[np.ix_(flat, flat)]
-    real = 0.5 * np.block([[complex_kernel.real, -complex_kernel.imag], [complex_kernel.imag, complex_kernel.real]])
-    factor = np.linalg.cholesky(own + JITTER * np.diag(np.diag(own)))
-    inverse = np.linalg.inv(factor)
-    values, vectors = np.linalg.eigh(inverse @ real @ inverse.T)
-    values = np.maximum(values, 0.0)
-    power = (vectors.T @ (inverse @ part)) ** 2
-    scale = float(np.abs(part).max()) / max(math.sqrt(float(np.diag(real).max())), 1e-300)
-    with np.errstate(over="ignore"):
-        grown = np.outer((SIZES * scale) ** 2, values)
-    gains = 0.5 * (power * grown / (1 + grown)).sum(axis=1) - 0.5 * np.log1p(grown).sum(axis=1)
-    best = int(np.argmax(gains))
-    taken = factor @ vectors @ (grown[best] / (1 + grown[best]) * (vectors.T @ (inverse @ part)))
-    lines = np.zeros(flat.size, dtype=complex)
-    lines[flat] = taken[: flat.sum()] + 1j * taken[flat.sum() :]
-    return float(gains[best]), lines.reshape(shape)
 
 
 def force_kernels(machine: Machine, predictor: Predictor) -> np.ndarray:

@@ -1,0 +1,167 @@
+"""`explain_gap`: from a campaign and a machine to the verdict, the extended machine and the gain."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...datasets.recording import Campaign, Recording
+from ...simulators.errors import InvalidValueError
+from ...simulators.machine import Machine
+from .baseline import Baseline, calibrated, linearised, model_error, residual_error
+from .evidence import Problem
+from .gain import measured_gain
+from .hypotheses import Candidate, candidates
+from .lines import OrderLines, locked_orders
+from .observe import observe_orders
+from .predict import Predictor
+from .result import GapResult
+from .screen import Atom, atoms_of
+from .search import search
+from .unknown_force import force_kernels
+from .verdict import told
+
+HIGHEST_ORDER = 6.0
+#: From so many conditions on, a part of them is held out.
+CONDITIONS_TO_HOLD_OUT = 4
+
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """What the search works on.
+
+    Attributes
+    ----------
+    measured : OrderLines
+        All conditions to explain.
+    fitted, held_out : tuple of int
+        Numbers of the conditions that are fitted, and of those that are not.
+    healthy : OrderLines or None
+    predictor : Predictor
+        For all conditions to explain.
+    baseline : Baseline
+        Calibrated, in all conditions to explain.
+    at_healthy : Baseline or None
+    error : ndarray (probes, orders)
+    """
+
+    measured: OrderLines
+    fitted: tuple[int, ...]
+    held_out: tuple[int, ...]
+    healthy: OrderLines | None
+    predictor: Predictor
+    baseline: Baseline
+    at_healthy: Baseline | None
+    error: np.ndarray
+
+    def problem(self, chosen: Sequence[int]) -> Problem:
+        """Return the problem of some of the conditions."""
+        part = replace(
+            self.baseline, lines=self.baseline.lines[list(chosen)], slopes=self.baseline.slopes[:, list(chosen)]
+        )
+        return Problem(self.measured.select(chosen), part, self.healthy, self.at_healthy, self.error)
+
+
+def explain_gap(
+    campaign: Campaign,
+    machine: Machine,
+    *,
+    without: frozenset[str] = frozenset(),
+    only: frozenset[str] | None = None,
+    tell: Tell = lambda _: None,
+) -> GapResult:
+    """Return what a simulated machine gets wrong about a measured one, its cause, and the gain of adding it.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        ``recordings`` are explained; ``baseline`` recordings, of the healthy machine, may be empty. Channels are named
+        like the machine's probes; others are not looked at.
+    machine : Machine
+    without : frozenset of str
+        Effects that do not compete.
+    only : frozenset of str, optional
+        The only effects that compete.
+    tell : callable
+        Called with a few words on what is being done.
+
+    Raises
+    ------
+    InvalidValueError
+        When no channel is a probe of the machine, or a recording cannot be used.
+    """
+    tell("observing the recordings")
+    prepared = prepare(campaign, machine, tell=tell)
+    part = prepared.predictor.select(prepared.fitted)
+    problem = prepared.problem(prepared.fitted)
+    competing = [one for one in candidates(machine, without=without) if only is None or one.name in only]
+    library, not_compared = responses(competing, problem.baseline.machine, part, tell=tell)
+    kernels = force_kernels(problem.baseline.machine, part)
+    posterior = search(problem, library, part, kernels, tell=tell)
+    tell("measuring the gain")
+    return told(machine, prepared, posterior, not_compared, measured_gain(machine, prepared, posterior))
+
+
+def prepare(campaign: Campaign, machine: Machine, *, tell: Tell = lambda _: None) -> Prepared:
+    """Return observed lines and the calibrated baseline."""
+    channels = _channels(campaign, machine)
+    orders = locked_orders(machine, highest=HIGHEST_ORDER)
+    measured = observe_orders(campaign.recordings, orders=orders, channels=channels)
+    healthy = observe_orders(campaign.baseline, orders=orders, channels=channels) if campaign.baseline else None
+    held_out = _held_out(measured)
+    fitted = tuple(i for i in range(len(measured.conditions)) if i not in held_out)
+    predictor = _predictor(measured, campaign.recordings)
+    to_calibrate = healthy or measured.select(fitted)
+    own = _predictor(healthy, campaign.baseline) if healthy else predictor.select(fitted)
+    at_calibration = calibrated(machine, to_calibrate, own, tell=tell)
+    baseline = linearised(at_calibration.machine, at_calibration.coordinates, at_calibration.position, predictor)
+    error = residual_error(at_calibration, healthy) if healthy else model_error(at_calibration.lines, {}, to_calibrate)
+    return Prepared(
+        measured, fitted, held_out, healthy, predictor, baseline, at_calibration if healthy else None, error
+    )
+
+
+def responses(
+    competing: Sequence[Candidate], machine: Machine, predictor: Predictor, *, tell: Tell = lambda _: None
+) -> tuple[dict[Candidate, tuple[Atom, ...]], dict[str, str]]:
+    """Return each candidate's responses on a coarse grid, and the effects that have none with the reason."""
+    library = {}
+    for number, candidate in enumerate(competing):
+        tell(f"responses {number + 1} of {len(competing)}: {candidate}")
+        library[candidate] = atoms_of(candidate, machine, predictor)
+    names = dict.fromkeys(one.name for one in competing)
+    silent = [name for name in names if not any(own for one, own in library.items() if one.name == name)]
+    return library, {name: "adds nothing to phase-locked order lines here" for name in silent}
+
+
+def _predictor(lines: OrderLines, recordings: Sequence[Recording]) -> Predictor:
+    return Predictor(lines.conditions, lines.probes, lines.orders, tuple(one.rate_hz for one in recordings))
+
+
+def _channels(campaign: Campaign, machine: Machine) -> dict[str, str]:
+    """Return the probe of each channel by name: those that every recording has."""
+    if not campaign.recordings:
+        raise InvalidValueError("The campaign has no recording; allowed: one or more to explain. Give recordings.")
+    probes = [probe.name for probe in machine.bare_assembly().probes]
+    names = [{channel.name for channel in one.channels} for one in (*campaign.recordings, *campaign.baseline)]
+    shared = [name for name in probes if all(name in own for own in names)]
+    if not shared:
+        there = ", ".join(channel.name for channel in campaign.recordings[0].channels)
+        raise InvalidValueError(
+            f"No channel is a probe of {machine.name}: the recordings have {there}; the machine has "
+            f"{', '.join(probes)}. Say which is which with --probe CHANNEL=PROBE."
+        )
+    return {name: name for name in shared}
+
+
+def _held_out(measured: OrderLines) -> tuple[int, ...]:
+    """Return every fourth condition by speed, never the lowest or the highest; none of fewer than four."""
+    count = len(measured.conditions)
+    if count < CONDITIONS_TO_HOLD_OUT:
+        return ()
+    by_speed = sorted(range(count), key=lambda i: (measured.conditions[i].speed_rpm, i))
+    return tuple(sorted(by_speed[2:-1:4])) or (by_speed[1],)

@@ -1,0 +1,92 @@
+"""How much closer the extended machine comes to conditions that it was not fitted to, against calibration and placebos."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...simulators.machine import Machine
+from .baseline import similarity
+from .evidence import Problem
+from .predict import Predictor, UnpredictableError
+from .refine import Fit
+from .result import Gain
+from .search import Posterior
+
+if TYPE_CHECKING:
+    from .explain import Prepared
+
+#: Accuracy of a line beside its noise: lines far above the noise do not count for more than this allows.
+ACCURACY = 0.01
+
+
+def measured_gain(machine: Machine, prepared: Prepared, posterior: Posterior) -> Gain:
+    """Return the gain on the held-out conditions, or on all where none could be held out."""
+    held_out = prepared.held_out or prepared.fitted
+    problem, predictor = prepared.problem(held_out), prepared.predictor.select(held_out)
+    calibrated = problem.plain().expected
+    given = residual_power(problem, predictor.amplitudes(machine))
+    best = winner(posterior)
+    others = [fit for fit in posterior.fits if not set(fit.names) & set(best.names)] if best.candidates else []
+    return Gain(
+        held_out_db=_db(given, residual_power(problem, calibrated + added(best, problem, predictor))),
+        calibration_only_db=_db(given, residual_power(problem, calibrated)),
+        wrong_effect_db=(
+            _db(given, residual_power(problem, calibrated + added(others[0], problem, predictor)))
+            if others
+            else math.nan
+        ),
+        smooth_function_db=_db(given, residual_power(problem, calibrated + _smooth(prepared, held_out, best))),
+        held_out=prepared.held_out,
+    )
+
+
+def winner(posterior: Posterior) -> Fit:
+    """Return the most probable hypothesis of none, one or two effects."""
+    names = next(names for names in posterior.probabilities if names != ("unknown",))
+    return posterior.best(names)
+
+
+def added(fit: Fit, problem: Problem, predictor: Predictor) -> np.ndarray:
+    """Return what a fit adds to the lines in other conditions than it was fitted to."""
+    machine = problem.baseline.machine
+    try:
+        return predictor.amplitudes(fit.machine(machine)) - predictor.amplitudes(machine)
+    except UnpredictableError:
+        return np.zeros(problem.lines.seen.shape, dtype=complex)
+
+
+def residual_power(problem: Problem, simulated: np.ndarray) -> float:
+    """Return the mean squared distance from the measured lines, in their noise and accuracy."""
+    lines = problem.lines
+    seen = lines.seen
+    scale = lines.deviations[seen] ** 2 + (ACCURACY * np.abs(lines.amplitudes[seen])) ** 2
+    return float((np.abs(lines.amplitudes - simulated)[seen] ** 2 / scale).mean())
+
+
+def _smooth(prepared: Prepared, held_out: Sequence[int], fit: Fit) -> np.ndarray:
+    """Return the held-out lines as a smooth function of speed predicts them from the fitted ones.
+
+    As many (probe, order) lines as the fit has parameters are followed, those that are furthest off.
+    """
+    problem = prepared.problem(prepared.fitted)
+    compared = problem.plain()
+    left = np.where(problem.lines.seen, problem.lines.amplitudes - compared.expected, 0.0)
+    scale = np.where(problem.lines.seen, problem.lines.deviations, np.inf)
+    size = (np.abs(left / scale) ** 2).sum(axis=0)
+    chosen = np.argsort(size, axis=None)[::-1][: max(fit.position.size, 1)]
+    both = similarity(tuple(prepared.measured.conditions))
+    cross = both[np.ix_(list(held_out), list(prepared.fitted))]
+    inner = both[np.ix_(list(prepared.fitted), list(prepared.fitted))] + 1e-6 * np.eye(len(prepared.fitted))
+    result = np.zeros((len(held_out), *size.shape), dtype=complex)
+    for flat in chosen:
+        probe, order = np.unravel_index(int(flat), size.shape)
+        result[:, probe, order] = cross @ np.linalg.solve(inner, left[:, probe, order])
+    return result
+
+
+def _db(before: float, after: float) -> float:
+    return 10 * math.log10(max(before, 1e-300) / max(after, 1e-300))

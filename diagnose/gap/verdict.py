@@ -1,0 +1,119 @@
+"""From the posterior to the answer: kind, causes, what cannot be told apart, what to measure next."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...simulators.machine import Machine
+from .coordinates import values_at
+from .evidence import Comparison
+from .gain import added
+from .next_measurement import next_measurement
+from .refine import Fit
+from .result import Cause, Estimate, Gain, GapResult, ResidualLine
+from .search import Posterior
+
+if TYPE_CHECKING:
+    from .explain import Prepared
+
+#: A hypothesis less probable than the best by this factor is told apart from it.
+TOLD_APART = 20.0
+#: Least probability of a verdict, of one hypothesis or of a set that cannot be told apart.
+LEAST = 0.5
+MOST_RESIDUALS = 40
+
+
+def told(
+    machine: Machine, prepared: Prepared, posterior: Posterior, not_compared: Mapping[str, str], gain: Gain
+) -> GapResult:
+    """Return the whole answer."""
+    probabilities = posterior.probabilities
+    kind, names, together = judged(probabilities)
+    best = posterior.best(names) if kind in ("one cause", "several causes") else posterior.none
+    compared = posterior.compared
+    calibrated = prepared.baseline.machine
+    everything = prepared.problem(range(len(prepared.measured.conditions)))
+    expected = everything.plain().expected
+    causes = _causes(best, probabilities)
+    rivals = [posterior.best(other) for other in together if other != names and other != ("unknown",)]
+    after = expected + added(best, everything, prepared.predictor)
+    if kind == "unknown":
+        after[list(prepared.fitted)] += posterior.unknown.lines
+    return GapResult(
+        kind=kind,
+        causes=causes,
+        probabilities=probabilities,
+        indistinguishable=(tuple("+".join(one) or "nothing" for one in together),) if len(together) > 1 else (),
+        next_measurement=next_measurement(kind, best, rivals, prepared),
+        sentence="",
+        residuals=_residuals(compared, prepared.fitted),
+        gain=gain,
+        detectability=compared.detectability(best.response) if best.candidates else _size(compared),
+        misfit=posterior.misfit,
+        measured=prepared.measured,
+        before=expected,
+        after=after,
+        machine=machine,
+        calibrated=calibrated,
+        extended=best.machine(calibrated),
+        not_compared=dict(not_compared),
+    )
+
+
+def judged(
+    probabilities: Mapping[tuple[str, ...], float],
+) -> tuple[str, tuple[str, ...], list[tuple[str, ...]]]:
+    """Return the kind of verdict, the leading hypothesis, and the hypotheses that are not told apart from it."""
+    leading = max(probabilities, key=lambda names: probabilities[names])
+    together = [names for names, p in probabilities.items() if p * TOLD_APART > probabilities[leading]]
+    if leading == ():
+        return ("none" if probabilities[leading] >= LEAST else "cannot tell"), leading, [leading]
+    if leading == ("unknown",):
+        return ("unknown" if probabilities[leading] >= LEAST else "cannot tell"), leading, [leading]
+    effects = [names for names in together if names not in ((), ("unknown",))]
+    if sum(probabilities[names] for names in effects) < LEAST:
+        return "cannot tell", leading, effects
+    return ("one cause" if len(leading) == 1 else "several causes"), leading, effects
+
+
+def _causes(best: Fit, probabilities: Mapping[tuple[str, ...], float]) -> tuple[Cause, ...]:
+    found, start = [], 0
+    for candidate in best.candidates:
+        stop = start + len(candidate.coordinates)
+        values = values_at(candidate.coordinates, best.position[start:stop])
+        estimates = {}
+        for number in range(start, stop):
+            parameter = best.coordinates[number].parameter
+            low, high = best.interval(number)
+            estimates[parameter.name] = Estimate(values[parameter.name], low, high, parameter.unit)
+        share = sum(p for names, p in probabilities.items() if candidate.name in names)
+        found.append(Cause(candidate.name, candidate.effect.at, share, estimates, candidate.effect.CHECK))
+        start = stop
+    return tuple(sorted(found, key=lambda cause: -cause.probability))
+
+
+def _residuals(compared: Comparison, conditions: Sequence[int]) -> tuple[ResidualLine, ...]:
+    lines = compared.lines
+    variance = np.diag(compared.covariance)
+    half = variance.size // 2
+    sigma = np.full(lines.seen.shape, np.inf)
+    sigma[lines.seen] = np.sqrt((variance[:half] + variance[half:]) / 2)
+    size = np.where(lines.seen, np.abs(lines.amplitudes - compared.expected) / sigma, 0.0)
+    found = []
+    for flat in np.argsort(size, axis=None)[::-1][:MOST_RESIDUALS]:
+        c, p, k = (int(i) for i in np.unravel_index(int(flat), size.shape))
+        if not lines.seen[c, p, k]:
+            continue
+        measured, simulated = complex(lines.amplitudes[c, p, k]), complex(compared.expected[c, p, k])
+        found.append(
+            ResidualLine(lines.probes[p], lines.orders[k], conditions[c], measured, simulated, float(size[c, p, k]))
+        )
+    return tuple(found)
+
+
+def _size(compared: Comparison) -> float:
+    """Return how much the squared residual exceeds that of noise."""
+    return max(float(compared.residual @ compared.residual) - compared.residual.size, 0.0)
