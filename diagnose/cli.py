@@ -13,6 +13,7 @@ import typer
 
 from . import cli_options as options
 from .effects_command import effects
+from .gap_command import gap
 from .papers import papers
 from .simulate_command import simulate
 from .thresholds_command import thresholds
@@ -113,6 +114,7 @@ def demo(output: options.Output = Path("rotorwise-demo"), force: options.DemoFor
 
 app.command()(papers)
 app.command()(effects)
+app.command()(gap)
 app.command()(simulate)
 app.command()(thresholds)
 

@@ -1,7 +1,7 @@
-"""From files and folders to a campaign for a machine: what is explained, what is healthy, which channel is which probe.
+"""From files and folders to a campaign for a machine: what is explained, what is healthy, which channel is what.
 
-A sub-folder ``baseline`` of a folder holds recordings of the healthy machine unless they are named otherwise. Files that
-cannot be read are left out and told of; what contradicts the machine stops everything.
+A sub-folder ``baseline`` of a folder holds recordings of the healthy machine unless they are named otherwise. Files
+that cannot be read are left out and told of; what contradicts the machine stops everything.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pathlib import Path
 from ...datasets.errors import MissingMetadataError, UnreadableFileError
 from ...datasets.metadata import Metadata
 from ...datasets.reading import find_recordings, read
-from ...datasets.recording import Campaign, OperatingCondition, Recording
+from ...datasets.recording import Campaign, Recording
 from ...datasets.sidecar import FOLDER_SIDECAR, find_sidecar
 from ...simulators.errors import InvalidValueError
 from ...simulators.machine import Machine
@@ -288,9 +288,3 @@ def _is_phased(recording: Recording) -> bool:
 
 def _times(count: int, whole: int) -> str:
     return "" if count == whole else f" ({count} of {whole} recordings)"
-
-
-def describe(condition: OperatingCondition) -> str:
-    """Return the nominal condition in words."""
-    speed = "speed not stated" if condition.speed_rpm is None else f"{condition.speed_rpm:g} rpm"
-    return speed if condition.load is None else f"{speed}, load {condition.load:g} {condition.load_unit or ''}".rstrip()

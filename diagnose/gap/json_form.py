@@ -1,0 +1,89 @@
+"""A result as JSON: stable names, SI units, finite numbers only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from ..json_output import number
+from .lines import Condition
+from .result import Cause, Estimate, GapResult, ResidualLine
+from .words import sentence_of
+
+
+def as_json(result: GapResult) -> dict[str, Any]:
+    """Return a result as a dictionary of JSON types; numbers that are not finite become None."""
+    measured = result.measured
+    conditions = [_condition(one) for one in measured.conditions]
+    return {
+        "verdict": {
+            "kind": result.kind,
+            "sentence": sentence_of(result),
+            "causes": [_cause(one) for one in result.causes],
+            "indistinguishable": [list(names) for names in result.indistinguishable],
+            "next_measurement": result.next_measurement,
+        },
+        "probabilities": [
+            {"effects": list(names), "probability": number(value)} for names, value in result.probabilities.items()
+        ],
+        "residuals": [_residual(one, measured.conditions) for one in result.residuals],
+        "gain": {
+            "held_out_db": number(result.gain.held_out_db),
+            "calibration_only_db": number(result.gain.calibration_only_db),
+            "wrong_effect_db": number(result.gain.wrong_effect_db),
+            "smooth_function_db": number(result.gain.smooth_function_db),
+            "held_out": [conditions[i] for i in result.gain.held_out],
+        },
+        "detectability": number(result.detectability),
+        "misfit": number(result.misfit),
+        "machine": {"name": result.machine.name, "preset": result.machine.preset_name},
+        "calibration": _changed(result),
+        "extended": result.extended.to_toml(),
+        "conditions": conditions,
+        "probes": list(measured.probes),
+        "orders": [number(order) for order in measured.orders],
+        "not_compared": dict(result.not_compared),
+        "remarks": list(result.remarks),
+    }
+
+
+def _cause(cause: Cause) -> dict[str, Any]:
+    return {
+        "effect": cause.effect,
+        "at": cause.at,
+        "probability": number(cause.probability),
+        "parameters": {name: _estimate(one) for name, one in cause.parameters.items()},
+        "check": cause.check,
+    }
+
+
+def _estimate(one: Estimate) -> dict[str, Any]:
+    return {"value": number(one.value), "low": number(one.low), "high": number(one.high), "unit": one.unit}
+
+
+def _residual(line: ResidualLine, conditions: Sequence[Condition]) -> dict[str, Any]:
+    return {
+        "probe": line.probe,
+        "order": number(line.order),
+        "condition": _condition(conditions[line.condition]),
+        "measured": _complex(line.measured),
+        "simulated": _complex(line.simulated),
+        "sigma": number(line.sigma),
+    }
+
+
+def _condition(condition: Condition) -> dict[str, float | None]:
+    return {"speed_rpm": number(condition.speed_rpm), "load": number(condition.load)}
+
+
+def _complex(value: complex) -> dict[str, float | None]:
+    return {"real": number(value.real), "imaginary": number(value.imag)}
+
+
+def _changed(result: GapResult) -> dict[str, dict[str, float | None]]:
+    given, fitted = result.machine.values, result.calibrated.values
+    return {
+        name: {"given": number(given[name]), "fitted": number(value)}
+        for name, value in fitted.items()
+        if value != given[name]
+    }

@@ -1,0 +1,278 @@
+"""A result in plain words: the verdict as sentences, values with intervals, and the whole for a terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from .result import Cause, Estimate, Gain, GapResult, ResidualLine
+
+if TYPE_CHECKING:
+    from ...simulators.machine import Machine
+    from .lines import Condition
+
+#: A line counts as wrong from this many standard deviations on: a few hundred lines are compared at a time.
+NOTABLE_SIGMA = 4.0
+#: An amplitude that differs by less than this factor is right; what is wrong then is the phase.
+ALIKE = 1.2
+#: Orders and conditions that a sentence names.
+MOST_NAMED = 4
+#: Sidebands of a mesh line are named after it up to this distance.
+_MOST_SIDEBANDS = 3
+_SCALES = {
+    "m": ((1e-3, 1e6, "um"), (1.0, 1e3, "mm")),
+    "m/s": ((1.0, 1e3, "mm/s"),),
+    "rad": ((1e-3, 1e6, "urad"), (0.01, 1e3, "mrad"), (math.inf, 180 / math.pi, "deg")),
+}
+
+
+def verdict_words(result: GapResult) -> str:
+    """Return the verdict in sentences: the gap, the cause, what stays open, the gain."""
+    fitted = [c for i, c in enumerate(result.measured.conditions) if i not in result.gain.held_out]
+    said = gap_words(result.residuals, result.measured.conditions, result.machine, whole=len(fitted))
+    parts = [said, _cause_words(result)]
+    parts.append(open_words(result))
+    parts.append(gain_words(result.gain) if result.kind not in ("none", "cannot tell") else "")
+    return " ".join(filter(None, parts))
+
+
+def sentence_of(result: GapResult) -> str:
+    """Return the verdict that the result states, or the one made from its parts when it states none."""
+    return result.sentence or verdict_words(result)
+
+
+def gap_words(
+    residuals: Sequence[ResidualLine], conditions: Sequence[Condition], machine: Machine, *, whole: int
+) -> str:
+    """Return which lines the machine without any effect gets wrong, and where; the clearest orders first.
+
+    Parameters
+    ----------
+    residuals : sequence of ResidualLine
+    conditions : sequence of Condition
+        All, as the lines number them.
+    machine : Machine
+    whole : int
+        Number of conditions from which lines can be wrong: those that are not held out.
+    """
+    wrong = [line for line in residuals if line.sigma >= NOTABLE_SIGMA]
+    if not wrong:
+        return f"No line differs from the model by {NOTABLE_SIGMA:g} standard deviations."
+    gears = mesh_orders(machine)
+    clearest = list(dict.fromkeys(line.order for line in sorted(wrong, key=lambda one: -one.sigma)))
+    kinds: dict[str, list[str]] = {"lacks": [], "has too much": [], "gets the phase wrong of": []}
+    for order in clearest[:MOST_NAMED]:
+        kinds[_how_wrong([line for line in wrong if line.order == order])].append(line_words(order, gears))
+    what = joined_words([f"{verb} {joined_words(names)}" for verb, names in kinds.items() if names])
+    more = len(clearest) - MOST_NAMED
+    also = f"; {more} more {'orders are' if more > 1 else 'order is'} wrong" if more > 0 else ""
+    where = sorted({line.condition for line in wrong})
+    return f"{_where_words([conditions[i] for i in where], whole)} the model {what}{also}."
+
+
+def _how_wrong(lines: Sequence[ResidualLine]) -> str:
+    measured = math.sqrt(sum(abs(line.measured) ** 2 for line in lines))
+    simulated = math.sqrt(sum(abs(line.simulated) ** 2 for line in lines))
+    if measured > ALIKE * simulated:
+        return "lacks"
+    return "has too much" if simulated > ALIKE * measured else "gets the phase wrong of"
+
+
+def _where_words(where: Sequence[Condition], whole: int) -> str:
+    if len(where) == whole and whole > 1:
+        return f"In all {whole} fitted conditions"
+    loaded = len({one.load for one in where}) > 1
+    speeds = [f"{one.speed_rpm:.0f}" for one in where]
+    if loaded or len(where) > MOST_NAMED:
+        named = joined_words([str(one) for one in where]) if len(where) <= MOST_NAMED else ""
+        return f"At {named}" if named else f"In {len(where)} of {whole} conditions"
+    return f"At {joined_words(list(dict.fromkeys(speeds)))} rpm"
+
+
+def _cause_words(result: GapResult) -> str:
+    none = probability_words(result.probabilities.get((), math.nan))
+    if result.kind == "none":
+        return f"The model explains the data, probability {none}: no effect is needed."
+    if result.kind == "unknown":
+        stated = probability_words(result.probabilities.get(("unknown",), math.nan))
+        return f"Something acts that no effect of the catalogue explains, probability {stated}."
+    if result.kind == "cannot tell":
+        best = [(names, p) for names, p in result.probabilities.items() if p >= 0.01][:3]
+        words = [f"{hypothesis_words(names)} {probability_words(p)}" for names, p in best]
+        return f"These data cannot tell why: {', '.join(words)}." if words else "These data cannot tell why."
+    named = [f"{cause_words(one)}, probability {probability_words(one.probability)}" for one in result.causes]
+    return f"{'Cause' if len(named) == 1 else 'Causes'}: {'; and '.join(named)}."
+
+
+def cause_words(cause: Cause) -> str:
+    """Return an effect with its place and its first value: "unbalance at disc, moment 112 um (90 to 130)"."""
+    name = cause.effect.replace("_", " ") + (f" at {cause.at}" if cause.at else "")
+    first = next(iter(cause.parameters.items()), None)
+    return f"{name}, {parameter_label(first[0], first[1].unit)} {estimate_words(first[1])}" if first else name
+
+
+def open_words(result: GapResult) -> str:
+    """Return what these data cannot tell apart and what to record next; empty when nothing is open."""
+    sets = [joined_words([_spaced(one) for one in names], last="or") for names in result.indistinguishable]
+    parts = [f"Not distinguishable here: {'; '.join(sets)}."] if sets else []
+    if result.next_measurement:
+        parts.append(f"To tell: {_sentence(result.next_measurement)}")
+    return " ".join(parts)
+
+
+def gain_words(gain: Gain) -> str:
+    """Return the gain on conditions that were not fitted, against calibration and placebos."""
+    if not math.isfinite(gain.held_out_db):
+        return "No gain was computed."
+    verb = "falls" if gain.held_out_db >= 0 else "rises"
+    what = "Held-out error" if gain.held_out else "The error in the fitted conditions (none was held out)"
+    words = f"{what} {verb} by {decibel_words(abs(gain.held_out_db))}"
+    if math.isfinite(gain.calibration_only_db):
+        words += f"; calibration alone gives {decibel_words(gain.calibration_only_db)}"
+    better = [name for name, value in placebos(gain).items() if value >= gain.held_out_db]
+    if better:
+        words += f"; no gain is claimed, as {joined_words(better)} {'do' if len(better) > 1 else 'does'} as well"
+    return words + "."
+
+
+def decibel_words(value: float) -> str:
+    """Return a level to a tenth of a decibel, without a minus before zero.
+
+    Examples
+    --------
+    >>> decibel_words(-0.01)
+    '0.0 dB'
+    """
+    return f"{round(value, 1) + 0.0:.1f} dB"
+
+
+def placebos(gain: Gain) -> dict[str, float]:
+    """Return the gains, in dB, of what should not help, where computed."""
+    found = {"the best wrong effect": gain.wrong_effect_db, "a smooth function of speed": gain.smooth_function_db}
+    return {name: value for name, value in found.items() if math.isfinite(value)}
+
+
+def hypothesis_words(names: Sequence[str]) -> str:
+    """Return a hypothesis in words.
+
+    Examples
+    --------
+    >>> hypothesis_words(()), hypothesis_words(("shaft_bow", "unbalance"))
+    ('nothing is wrong', 'shaft bow + unbalance')
+    """
+    if tuple(names) == ("unknown",):
+        return "something outside the catalogue"
+    return " + ".join(name.replace("_", " ") for name in names) or "nothing is wrong"
+
+
+def line_words(order: float, gears: Sequence[float] = ()) -> str:
+    """Return the name of a line: by the shaft's order, or by the tooth mesh that it belongs to.
+
+    Examples
+    --------
+    >>> line_words(2.0), line_words(0.5), line_words(45.0, [23.0])
+    ('2X', '0.5X', '2 mesh - 1X')
+    """
+    for mesh in gears:
+        multiple = round(order / mesh)
+        side = order - multiple * mesh
+        if multiple >= 1 and mesh > 2 * _MOST_SIDEBANDS and abs(side) <= _MOST_SIDEBANDS + 1e-6:
+            name = "mesh" if multiple == 1 else f"{multiple} mesh"
+            return name if abs(side) < 1e-6 else f"{name} {'+' if side > 0 else '-'} {abs(side):.4g}X"
+    return f"{order:.4g}X"
+
+
+def mesh_orders(machine: Machine) -> list[float]:
+    """Return the tooth-mesh orders of the machine's gear pairs."""
+    parts = machine.bare_assembly().components.values()
+    return [float(part.mesh_order) for part in parts if hasattr(part, "mesh_order")]  # type: ignore[attr-defined]
+
+
+def parameter_label(name: str, unit: str) -> str:
+    """Return a parameter's name without the unit that it ends in.
+
+    Examples
+    --------
+    >>> parameter_label("moment_kg_m", "kg.m"), parameter_label("load_share", "")
+    ('moment', 'load share')
+    """
+    suffix = "_" + unit.replace(".", "_").replace("/", "_").replace("^", "").lower() if unit else ""
+    bare = name[: -len(suffix)] if suffix and name.lower().endswith(suffix) else name
+    return (bare or name).replace("_", " ")
+
+
+def estimate_words(estimate: Estimate) -> str:
+    """Return a value with its unit and 90 % interval in a readable unit.
+
+    Examples
+    --------
+    >>> estimate_words(Estimate(5e-4, 4e-4, 6.2e-4, "m"))
+    '500 um (400 to 620)'
+    """
+    factor, unit = readable_unit(estimate.unit, largest=max(map(abs, (estimate.value, estimate.low, estimate.high))))
+    value, low, high = (f"{factor * one:.3g}" for one in (estimate.value, estimate.low, estimate.high))
+    return f"{value}{f' {unit}' if unit else ''} ({low} to {high})"
+
+
+def amplitude_words(value: float, unit: str) -> str:
+    """Return an amplitude in a readable unit.
+
+    Examples
+    --------
+    >>> amplitude_words(1.25e-5, "m")
+    '12.5 um'
+    """
+    factor, name = readable_unit(unit, largest=abs(value))
+    return f"{factor * value:.3g} {name}".rstrip()
+
+
+def readable_unit(unit: str, *, largest: float) -> tuple[float, str]:
+    """Return the factor to the unit in which a quantity of this size is read, and that unit."""
+    for limit, factor, name in _SCALES.get(unit, ()):
+        if largest < limit:
+            return factor, name
+    return 1.0, unit
+
+
+def probability_words(probability: float) -> str:
+    """Return a probability that is never rounded to certainty.
+
+    Examples
+    --------
+    >>> probability_words(0.97), probability_words(0.9999), probability_words(0.0001)
+    ('0.97', 'over 0.99', 'below 0.01')
+    """
+    if not math.isfinite(probability):
+        return "unknown"
+    if 0 < probability < 0.01:
+        return "below 0.01"
+    return "over 0.99" if probability > 0.99 else f"{probability:.2f}"
+
+
+def joined_words(items: Sequence[str], *, last: str = "and") -> str:
+    """Return a list in words.
+
+    Examples
+    --------
+    >>> joined_words(["1X", "2X", "3X"])
+    '1X, 2X and 3X'
+    """
+    return f" {last} ".join(filter(None, [", ".join(items[:-1]), *items[-1:]]))
+
+
+def not_compared_words(not_compared: Mapping[str, str]) -> list[str]:
+    """Return one sentence a reason, with the effects that were left out for it."""
+    reasons: dict[str, list[str]] = {}
+    for effect, reason in not_compared.items():
+        reasons.setdefault(reason.rstrip("."), []).append(effect.replace("_", " "))
+    return [f"{', '.join(names)}: {reason}." for reason, names in reasons.items()]
+
+
+def _spaced(names: str) -> str:
+    return names.replace("_", " ").replace("+", " + ")
+
+
+def _sentence(text: str) -> str:
+    bare = text.strip()
+    return bare if bare.endswith((".", "!", "?")) else f"{bare}."
