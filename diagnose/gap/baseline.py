@@ -26,6 +26,8 @@ MODEL_ERROR = 0.01
 ERROR_LENGTH_SPEED, ERROR_LENGTH_LOAD = 0.2, 0.5
 #: Standard deviation, in rad, that stands for a free angle.
 FREE_ANGLE = 1.8
+#: A parameter that moves every line by less than this share of its probe's vibration, within its prior, is kept as it is.
+NEGLIGIBLE = 2e-3
 STEP = 1e-3
 MOST_STEPS = 6
 
@@ -73,10 +75,8 @@ def start(machine: Machine, predictor: Predictor, *, tell: Callable[[str], None]
     position = np.array([c.coordinate(values[c.parameter.name]) for c in coordinates])
     tell(f"slopes of {len(coordinates)} machine parameters")
     found = linearised(machine, coordinates, position, predictor)
-    size = np.abs(found.lines).max()
-    strong = [
-        i for i in range(len(coordinates)) if found.prior[i] * np.abs(found.slopes[i]).max() > 1e-4 * max(size, 1e-300)
-    ]
+    scale = np.sqrt(np.mean(np.abs(found.lines) ** 2, axis=(0, 2), keepdims=True)) * NEGLIGIBLE + 1e-300
+    strong = [i for i in range(len(coordinates)) if found.prior[i] * np.abs(found.slopes[i] / scale).max() > 1]
     kept = [*strong, *range(len(coordinates), found.slopes.shape[0])]
     return replace(
         found,

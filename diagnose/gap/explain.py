@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +22,7 @@ from .screen import Atom, atoms_of
 from .search import search
 from .unknown_force import force_kernels
 from .verdict import told
+from .waveform import ONLY_IN_WAVEFORM, seen_in_waveform, with_doubt
 
 HIGHEST_ORDER = 6.0
 #: From so many conditions on, a part of them is held out.
@@ -47,6 +48,8 @@ class Prepared:
         Calibrated, in all conditions to explain.
     at_healthy : Baseline or None
     error : ndarray (probes, orders)
+    waveform : mapping of str to tuple of str
+        Channels that show an effect of the measuring chain directly, by the effect's name.
     """
 
     measured: OrderLines
@@ -57,6 +60,7 @@ class Prepared:
     baseline: Baseline
     at_healthy: Baseline | None
     error: np.ndarray
+    waveform: Mapping[str, tuple[str, ...]]
 
     def problem(self, chosen: Sequence[int]) -> Problem:
         """Return the problem of some of the conditions."""
@@ -98,12 +102,15 @@ def explain_gap(
     prepared = prepare(campaign, machine, tell=tell)
     part = prepared.predictor.select(prepared.fitted)
     problem = prepared.problem(prepared.fitted)
-    competing = [one for one in candidates(machine, without=without) if only is None or one.name in only]
+    competing = [
+        one for one in candidates(machine, without=without | ONLY_IN_WAVEFORM) if only is None or one.name in only
+    ]
     library, not_compared = responses(competing, problem.baseline.machine, part, tell=tell)
     kernels = force_kernels(problem.baseline.machine, part)
     posterior = search(problem, library, part, kernels, tell=tell)
     tell("measuring the gain")
-    return told(machine, prepared, posterior, not_compared, measured_gain(machine, prepared, posterior))
+    gain = measured_gain(machine, prepared, posterior)
+    return told(machine, prepared, posterior, not_compared, gain, without=without)
 
 
 def prepare(campaign: Campaign, machine: Machine, *, tell: Tell = lambda _: None) -> Prepared:
@@ -112,6 +119,8 @@ def prepare(campaign: Campaign, machine: Machine, *, tell: Tell = lambda _: None
     orders = locked_orders(machine, highest=HIGHEST_ORDER)
     measured = observe_orders(campaign.recordings, orders=orders, channels=channels)
     healthy = observe_orders(campaign.baseline, orders=orders, channels=channels) if campaign.baseline else None
+    waveform = seen_in_waveform(campaign.recordings, campaign.baseline, list(channels))
+    measured = with_doubt(measured, waveform)
     held_out = _held_out(measured)
     fitted = tuple(i for i in range(len(measured.conditions)) if i not in held_out)
     predictor = _predictor(measured, campaign.recordings)
@@ -121,7 +130,7 @@ def prepare(campaign: Campaign, machine: Machine, *, tell: Tell = lambda _: None
     baseline = linearised(at_calibration.machine, at_calibration.coordinates, at_calibration.position, predictor)
     error = residual_error(at_calibration, healthy) if healthy else model_error(at_calibration.lines, {}, to_calibrate)
     return Prepared(
-        measured, fitted, held_out, healthy, predictor, baseline, at_calibration if healthy else None, error
+        measured, fitted, held_out, healthy, predictor, baseline, at_calibration if healthy else None, error, waveform
     )
 
 

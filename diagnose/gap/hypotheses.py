@@ -19,8 +19,9 @@ class Candidate:
     Attributes
     ----------
     effect : Effect
-        With default values; values without a prior stay as they are.
+        With default values; values without a prior stay as they are, and strengths that are absent are at zero.
     coordinates : tuple of Coordinate
+        Of the parameters that are searched for.
     """
 
     effect: Effect
@@ -57,15 +58,28 @@ def candidates(machine: Machine, *, without: frozenset[str] = frozenset()) -> tu
     for name, effect in sorted(effect_catalogue().items()):
         if name in without:
             continue
-        coordinates = coordinates_of(effect.parameters())
         for part in _parts(machine, effect):
             one = effect(at=part)
             try:
                 one.contribute(machine.bare_assembly())
             except RotorwiseError:
                 continue
-            found.append(Candidate(one, coordinates))
+            found += _variants(one)
     return tuple(found)
+
+
+def _variants(effect: Effect) -> list[Candidate]:
+    """Return the effect with all its strengths, and with each alone: a cause need not have all of them."""
+    coordinates = coordinates_of(effect.parameters())
+    strengths = [c.parameter for c in coordinates if c.parameter.zero is not None]
+    whole = [Candidate(effect, coordinates)]
+    if len(strengths) < 2:
+        return whole
+    for kept in strengths:
+        absent = {one.name: one.zero for one in strengths if one is not kept and one.zero is not None}
+        alone = tuple(c for c in coordinates if c.parameter.name not in absent)
+        whole.append(Candidate(effect.with_values(**absent), alone))
+    return whole
 
 
 def _parts(machine: Machine, effect: type[Effect]) -> list[str]:

@@ -33,6 +33,8 @@ NEAR = 1.5
 FAR = 1e3
 #: Atoms of a candidate whose evidence is computed with the law's tolerance.
 FINALISTS = 3
+#: Coordinate below which a strength counts as absent, and coordinate of one that is present but small.
+ABSENT, SMALL = 6.0, 2.0
 
 Response = Callable[[np.ndarray], np.ndarray]
 
@@ -95,9 +97,8 @@ def atoms_of(candidate: Candidate, machine: Machine, predictor: Predictor) -> tu
 
 
 def _strength_sets(candidate: Candidate) -> list[tuple[int, ...]]:
-    """Return which strengths act together: each alone, and all."""
-    strengths = candidate.strengths
-    return [strengths] if len(strengths) < 2 else [*((one,) for one in strengths), strengths]
+    """Return which strengths act together: each alone; the best of each are put together by `_pursued`."""
+    return [(one,) for one in candidate.strengths] or [()]
 
 
 def _atoms(
@@ -206,10 +207,14 @@ def starts(
         rated += _rated(candidate, atom, compared, orders, wanted)
     rated.sort(key=lambda item: -item[0])
     found = []
-    for _, position, response in _different(rated):
+    best = _different(rated)
+    if len(candidate.strengths) > 1 and best:
+        best.insert(0, _pursued(candidate, atoms, compared, orders, wanted, best[0]))
+    for _, position, response in best:
         law = Widened(law_columns(compared, response))
         value = log_density(compared, wanted - compared.whitened(response), law)
-        found.append(Start(candidate, position, value + log_prior(candidate.coordinates, position)))
+        bounded = np.maximum(position, -SMALL) if len(candidate.strengths) > 1 else position
+        found.append(Start(candidate, bounded, value + log_prior(candidate.coordinates, bounded)))
     return sorted(found, key=lambda one: -one.score)
 
 
@@ -229,9 +234,49 @@ def _rated(
         position = _scaled(candidate, atom, scale)
         if atom.turning >= 0:
             position[atom.turning] += angle
-        gain = scale * float(white @ wanted) - 0.5 * scale**2 * power + log_prior(candidate.coordinates, position)
+        gain = scale * float(white @ wanted) - 0.5 * scale**2 * power + _present_prior(candidate, atom, position)
         found.append((gain, position, scale * atom.response * np.exp(1j * orders * angle)))
     return found
+
+
+def _present_prior(candidate: Candidate, atom: Atom, position: np.ndarray) -> float:
+    """Return the logarithm of the prior density, without the strengths that the atom leaves at zero."""
+    kept = [i for i in range(len(candidate.coordinates)) if i not in candidate.strengths or i in atom.moving]
+    return log_prior([candidate.coordinates[i] for i in kept], position[kept])
+
+
+def _pursued(
+    candidate: Candidate,
+    atoms: Sequence[Atom],
+    compared: Comparison,
+    orders: np.ndarray,
+    wanted: np.ndarray,
+    first: tuple[float, np.ndarray, np.ndarray],
+) -> tuple[float, np.ndarray, np.ndarray]:
+    """Return all strengths together: each in turn explains best what those before it have left."""
+    gain, position, response = first
+    position = position.copy()
+    present = [i for i in candidate.strengths if position[i] > -ABSENT]
+    while len(present) < len(candidate.strengths):
+        left = wanted - compared.whitened(response)
+        options = []
+        for atom in atoms:
+            if atom.moving[0] not in present:
+                options += [(atom, *one) for one in _rated(candidate, atom, compared, orders, left)]
+        if not options:
+            break
+        atom, further, where, added = max(options, key=lambda option: option[1])
+        moved = [atom.moving[0]] + ([atom.turning] if atom.turning >= 0 else [])
+        position[moved] = where[moved]
+        present.append(atom.moving[0])
+        if further > 0:
+            gain, response = gain + further, response + added
+        else:
+            # Small, but not gone: a strength of nothing has no slope to climb.
+            position[atom.moving[0]] = -SMALL
+    for i in candidate.strengths:
+        position[i] = max(position[i], -SMALL) if i not in present else position[i]
+    return gain, position, response
 
 
 def _different(rated: list[tuple[float, np.ndarray, np.ndarray]]) -> list[tuple[float, np.ndarray, np.ndarray]]:

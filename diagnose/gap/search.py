@@ -20,6 +20,8 @@ PRIOR = {"none": 0.4, "one": 0.4, "two": 0.1, "unknown": 0.1}
 #: Effects of which a few steps are made, of these the ones followed to the end, and of these the ones compared with the
 #: machine re-fitted beside them.
 REFINED, FINISHED, JOINT = 8, 4, 3
+#: Parts and variants of one effect that are followed.
+PLACES = 2
 #: Starts of one effect.
 STARTS = 2
 #: Best single effects to which partners are tried, and partners of each.
@@ -86,7 +88,7 @@ def search(
     """
     compared, machine = problem.plain(), problem.baseline.machine
     none = nothing(compared)
-    screened = _screened(atoms, compared, None)
+    screened = _few_of_each(_screened(atoms, compared, None))
     begun: list[tuple[Climbed, Candidate]] = []
     for rank, options in enumerate(screened[:REFINED]):
         tell(f"effect {rank + 1} of {min(REFINED, len(screened))}: {options[0].candidate}")
@@ -113,6 +115,18 @@ def _screened(
     return sorted([options for options in found if options], key=lambda options: -options[0].score)
 
 
+def _few_of_each(screened: list[list[Start]]) -> list[list[Start]]:
+    """Return the list with at most `PLACES` parts or variants of one effect."""
+    counts: dict[str, int] = {}
+    kept = []
+    for options in screened:
+        name = options[0].candidate.name
+        counts[name] = counts.get(name, 0) + 1
+        if counts[name] <= PLACES:
+            kept.append(options)
+    return kept
+
+
 def _jointly_best(fits: list[Fit], problem: Problem, predictor: Predictor) -> list[Fit]:
     ranked = sorted(fits, key=lambda fit: -fit.log_evidence)
     return [jointly(fit, problem, predictor) for fit in ranked[:JOINT]] + ranked[JOINT:]
@@ -133,7 +147,8 @@ def _pairs(
     compared, found = problem.plain(), []
     for leader in leaders:
         left = compared.residual - compared.whitened(leader.response)
-        partners = [o for o in _screened(atoms, compared, left) if o[0].candidate.name != leader.candidates[0].name]
+        ranked = _few_of_each(_screened(atoms, compared, left))
+        partners = [options for options in ranked if options[0].candidate.name != leader.candidates[0].name]
         for options in partners[:PARTNERS]:
             tell(f"{leader.candidates[0]} with {options[0].candidate}")
             places = [np.concatenate([leader.position, o.position]) for o in options[:STARTS]]

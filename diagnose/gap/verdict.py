@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...simulators.effect import effect_catalogue
 from ...simulators.machine import Machine
 from .coordinates import values_at
 from .evidence import Comparison
@@ -24,20 +25,35 @@ TOLD_APART = 20.0
 #: Least probability of a verdict, of one hypothesis or of a set that cannot be told apart.
 LEAST = 0.5
 MOST_RESIDUALS = 40
+#: Probability of an effect that the waveform shows: the data checks' own false alarms are left to it.
+SEEN = 0.98
 
 
 def told(
-    machine: Machine, prepared: Prepared, posterior: Posterior, not_compared: Mapping[str, str], gain: Gain
+    machine: Machine,
+    prepared: Prepared,
+    posterior: Posterior,
+    not_compared: Mapping[str, str],
+    gain: Gain,
+    *,
+    without: frozenset[str] = frozenset(),
 ) -> GapResult:
     """Return the whole answer."""
-    probabilities = posterior.probabilities
-    kind, names, together = judged(probabilities)
+    shown = {name: channels for name, channels in prepared.waveform.items() if name not in without}
+    kind, names, together = judged(posterior.probabilities)
     best = posterior.best(names) if kind in ("one cause", "several causes") else posterior.none
     compared = posterior.compared
     calibrated = prepared.baseline.machine
     everything = prepared.problem(range(len(prepared.measured.conditions)))
     expected = everything.plain().expected
-    causes = _causes(best, probabilities)
+    causes = _causes(best, posterior.probabilities)
+    probabilities = dict(posterior.probabilities)
+    if shown:
+        causes = (*_shown(shown), *causes)
+        probabilities = {
+            tuple(sorted((*shown, *(() if one == ("unknown",) else one)))): p for one, p in probabilities.items()
+        }
+        kind = "one cause" if len(causes) == 1 else "several causes"
     rivals = [posterior.best(other) for other in together if other != names and other != ("unknown",)]
     after = expected + added(best, everything, prepared.predictor)
     if kind == "unknown":
@@ -60,6 +76,14 @@ def told(
         calibrated=calibrated,
         extended=best.machine(calibrated),
         not_compared=dict(not_compared),
+    )
+
+
+def _shown(waveform: Mapping[str, tuple[str, ...]]) -> tuple[Cause, ...]:
+    catalogue = effect_catalogue()
+    return tuple(
+        Cause(name, channels[0] if channels else "", SEEN, {}, catalogue[name].CHECK)
+        for name, channels in waveform.items()
     )
 
 
