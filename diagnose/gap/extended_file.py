@@ -121,10 +121,10 @@ def _head(result: GapResult, sources: Sequence[str], notes: Sequence[str]) -> It
     if result.kind in ("none", "cannot tell"):
         yield from _comment("No effect was added: this is the machine as calibrated.")
     yield "#"
-    yield from _comment(
-        f"Fitted to {len(result.measured.conditions)} conditions ({'; '.join(map(str, result.measured.conditions))}) "
-        f"at {', '.join(result.measured.probes)}."
-    )
+    every, held_out = result.measured.conditions, result.gain.held_out
+    fitted = [str(one) for i, one in enumerate(every) if i not in held_out]
+    apart = f" Held out: {'; '.join(str(every[i]) for i in held_out)}." if held_out else ""
+    yield from _comment(f"Fitted to {'; '.join(fitted)} at {', '.join(result.measured.probes)}.{apart}")
     if sources:
         yield from _comment(f"Recordings: {', '.join(sources)}.")
     yield from _comment("Intervals hold 90 %. Angles are relative to the tacho's pulse.")
@@ -170,4 +170,4 @@ def _interval(causes: Sequence[Cause], effect: str, at: str, name: str) -> str:
     if name == "effect":
         return f"probability {probability_words(cause.probability)}"
     one = cause.parameters.get(name)
-    return f"{one.unit}{' ' if one.unit else ''}{one.low:.4g} to {one.high:.4g}" if one else ""
+    return f"{one.low:.4g} to {one.high:.4g} {one.unit}".rstrip() if one else ""

@@ -31,7 +31,7 @@ def verdict_words(result: GapResult) -> str:
     """Return the verdict in sentences: the gap, the cause, what stays open, the gain."""
     fitted = [c for i, c in enumerate(result.measured.conditions) if i not in result.gain.held_out]
     said = gap_words(result.residuals, result.measured.conditions, result.machine, whole=len(fitted))
-    parts = [said, _cause_words(result)]
+    parts = [said, headline(result)]
     parts.append(open_words(result))
     parts.append(gain_words(result.gain) if result.kind not in ("none", "cannot tell") else "")
     return " ".join(filter(None, parts))
@@ -90,7 +90,8 @@ def _where_words(where: Sequence[Condition], whole: int) -> str:
     return f"At {joined_words(list(dict.fromkeys(speeds)))} rpm"
 
 
-def _cause_words(result: GapResult) -> str:
+def headline(result: GapResult) -> str:
+    """Return the verdict in one sentence."""
     none = probability_words(result.probabilities.get((), math.nan))
     if result.kind == "none":
         return f"The model explains the data, probability {none}: no effect is needed."

@@ -1,0 +1,191 @@
+"""The words and tables of a gap report."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from ...simulators.effect import effect_catalogue
+from ..gap.result import Cause, Gain, GapResult, ResidualLine
+from ..gap.words import (
+    amplitude_words,
+    decibel_words,
+    estimate_words,
+    gain_words,
+    headline,
+    hypothesis_words,
+    line_words,
+    mesh_orders,
+    not_compared_words,
+    open_words,
+    parameter_label,
+    placebos,
+)
+from .tables import sortable_table
+from .text import cell, escape, fixed, number, percent
+
+#: Hypotheses shown at once; the others are folded away.
+MOST_CANDIDATES = 8
+MOST_RESIDUALS = 10
+#: No probability is printed as certain or impossible, whatever rounding made of it.
+_DOUBT = 1e-6
+_HEADS = ("Line", "Probe", "Condition", "Measured", "Before", "After", "Sigma")
+
+
+def warnings_block(notes: Sequence[str]) -> str:
+    """Return what is to be known of the data; an empty text when there is nothing."""
+    if not notes:
+        return ""
+    items = "".join(f"<li>{escape(note)}</li>" for note in notes)
+    return f'<div class="warnings" role="note"><strong>About the data</strong><ul>{items}</ul></div>'
+
+
+def causes_block(result: GapResult) -> str:
+    """Return a card a cause, and what these data leave open."""
+    cards = [_cause_card(one) for one in result.causes]
+    if not cards:
+        cards = [f'<li class="card nothing"><p class="fault">{escape(headline(result))}</p>{_fit(result)}</li>']
+    left_open = open_words(result)
+    if left_open:
+        cards.append(f'<li class="card"><h3 class="fault">Still open</h3><p>{escape(left_open)}</p></li>')
+    return f'<ol class="cards">{"".join(cards)}</ol>'
+
+
+def _cause_card(cause: Cause) -> str:
+    at = f" at {cause.at}" if cause.at else ""
+    facts = "".join(
+        f"<dt>{escape(parameter_label(name, one.unit))}</dt><dd>{printed(estimate_words(one))}</dd>"
+        for name, one in cause.parameters.items()
+    )
+    known = effect_catalogue().get(cause.effect)
+    meaning = f"<p>{escape(known.MEANING)}</p>" if known else ""
+    check = f"<p><b>Check:</b> {escape(cause.check)}</p>" if cause.check else ""
+    return (
+        f'<li class="card"><h3 class="fault">{escape((cause.effect + at).replace("_", " ").capitalize())}</h3>'
+        f'<div class="probability">{_bar(cause.probability)}<span>{_percent(cause.probability)}</span></div>'
+        f'{meaning}<dl class="facts">{facts}</dl><p class="source">In brackets: 90 % interval.</p>{check}</li>'
+    )
+
+
+def _fit(result: GapResult) -> str:
+    if not math.isfinite(result.misfit):
+        return ""
+    return f"<p>Chance of a residual as large as the one that is left: {_percent(result.misfit)}.</p>"
+
+
+def candidates_block(result: GapResult) -> str:
+    """Return every hypothesis with its probability, the less probable ones folded away."""
+    ranked = sorted(result.probabilities.items(), key=lambda item: -item[1])
+    if not ranked:
+        return "<p>Nothing was compared.</p>"
+    rows = [
+        f"<li><span>{escape(hypothesis_words(names))}</span>{_bar(p)}<span>{_percent(p)}</span></li>"
+        for names, p in ranked
+    ]
+    shown = f'<ol class="bars">{"".join(rows[:MOST_CANDIDATES])}</ol>'
+    more = len(rows) - MOST_CANDIDATES
+    if more <= 0:
+        return shown
+    rest = f'<ol class="bars">{"".join(rows[MOST_CANDIDATES:])}</ol>'
+    return f'{shown}<details class="fold"><summary>{more} more</summary>{rest}</details>'
+
+
+def gain_block(gain: Gain) -> str:
+    """Return the gain of the extended machine beside those of calibration and placebos."""
+    every = {
+        "extended machine": gain.held_out_db,
+        "calibration alone": gain.calibration_only_db,
+        **{f"placebo: {name}": value for name, value in placebos(gain).items()},
+    }
+    known = {name: value for name, value in every.items() if math.isfinite(value)}
+    top = max((abs(value) for value in known.values()), default=0.0) or 1.0
+    rows = "".join(
+        f"<li><span>{escape(name)}</span>{_bar(abs(value) / top, css='' if value >= 0 else ' less')}"
+        f"<span>{decibel_words(value)}</span></li>"
+        for name, value in known.items()
+    )
+    where = "in conditions that were not fitted" if gain.held_out else "in the fitted conditions"
+    note = f'<p class="source">Fall of the residual power {where}, against the machine as given.</p>'
+    return f'<p>{escape(gain_words(gain))}</p><ol class="bars">{rows}</ol>{note if rows else ""}'
+
+
+def residual_table(result: GapResult) -> str:
+    """Return the lines that the calibrated machine gets wrong, largest first."""
+    if not result.residuals:
+        return "<p>No line was compared.</p>"
+    units = {one.name: one.unit for one in result.machine.bare_assembly().probes}
+    gears = mesh_orders(result.machine)
+    rows = [_residual_row(line, result, units.get(line.probe, ""), gears) for line in result.residuals]
+    caption = "Sigma: distance before, in standard deviations of everything uncertain"
+    first = sortable_table(_HEADS, rows[:MOST_RESIDUALS], caption=caption, css="gap-table")
+    if len(rows) <= MOST_RESIDUALS:
+        return first
+    every = sortable_table(_HEADS, rows, caption=caption, css="gap-table")
+    return f'{first}<details class="fold"><summary>All {len(rows)} lines</summary>{every}</details>'
+
+
+def _residual_row(line: ResidualLine, result: GapResult, unit: str, gears: Sequence[float]) -> str:
+    measured = result.measured
+    probe, order = measured.probes.index(line.probe), measured.orders.index(line.order)
+    after = abs(complex(result.after[line.condition, probe, order]))
+    sizes = (abs(line.measured), abs(line.simulated), after)
+    condition = measured.conditions[line.condition]
+    return (
+        f'<tr><th scope="row" data-v="{line.order:.9g}">{escape(line_words(line.order, gears))}</th>'
+        f'<td>{escape(line.probe)}</td><td data-v="{condition.speed_rpm:.9g}">{escape(condition)}</td>'
+        + "".join(cell(printed(amplitude_words(size, unit)), size) for size in sizes)
+        + cell(fixed(line.sigma, 1) if line.sigma < 100 else number(line.sigma), line.sigma)
+        + "</tr>"
+    )
+
+
+def left_out_block(result: GapResult) -> str:
+    """Return effects that did not compete and lines that could not be seen, with the reasons."""
+    items = not_compared_words(result.not_compared)
+    hidden = int((~result.measured.seen).sum())
+    if hidden:
+        items.append(
+            f"{hidden} of {result.measured.seen.size} lines: above the range of the recording, whose anti-alias filter "
+            "bends them."
+        )
+    if not items:
+        return "<p>Every effect of the catalogue that can act on this machine competed, on every line.</p>"
+    return f'<ul class="left-out">{"".join(f"<li>{escape(item)}</li>" for item in items)}</ul>'
+
+
+def calibration_block(result: GapResult) -> str:
+    """Return the machine's own parameters that calibration moved."""
+    units = {one.name: one.unit for one in result.machine.definition.parameters}
+    given = result.machine.values
+    moved = {name: value for name, value in result.calibrated.values.items() if value != given[name]}
+    if not moved:
+        return "<p>Calibration left the machine's parameters as given.</p>"
+    rows = [
+        f'<tr><th scope="row">{escape(name)}</th>{cell(number(given[name], digits=4), given[name])}'
+        f"{cell(number(value, digits=4), value)}<td>{escape(units[name])}</td></tr>"
+        for name, value in moved.items()
+    ]
+    return sortable_table(("Parameter", "Given", "Calibrated", "Unit"), rows, caption="Calibrated parameters")
+
+
+def extended_block(result: GapResult) -> str:
+    """Return the extended machine as the text of a machine file, folded away."""
+    text = escape(result.extended.to_toml())
+    return f'<details class="fold"><summary>The extended machine as a file</summary><pre>{text}</pre></details>'
+
+
+def printed(text: str) -> str:
+    """Return words with units as a page prints them, escaped."""
+    shown = escape(text)
+    for plain, nice in ((" um", " µm"), (" urad", " µrad"), (" deg", "°"), ("m/s2", "m/s²")):
+        shown = shown.replace(plain, nice)
+    return shown
+
+
+def _percent(probability: float) -> str:
+    return percent(min(max(probability, _DOUBT), 1 - _DOUBT))
+
+
+def _bar(share: float, *, css: str = "") -> str:
+    width = 100 * min(max(share, 0.0), 1.0) if math.isfinite(share) else 0.0
+    return f'<span class="bar{css}" aria-hidden="true"><i style="width:{width:.1f}%"></i></span>'
