@@ -15,7 +15,7 @@ import numpy as np
 
 from ...simulators.machine import Machine
 from .coordinates import Coordinate, coordinates_of, values_at
-from .lines import Condition, OrderLines, joined, stacked
+from .lines import Condition, OrderLines, stacked
 from .predict import Predictor
 
 #: Relative standard deviation of a probe's gain (real and imaginary part): accelerometers and amplifiers in use.
@@ -40,8 +40,11 @@ class Baseline:
     ----------
     machine : Machine
     coordinates : tuple of Coordinate
-        Of the machine's uncertain parameters that matter here.
-    position : ndarray (coordinates,)
+        Of the machine's uncertain parameters.
+    position, given : ndarray (coordinates,)
+        Where they are, and where the machine as given has them: the middle of their prior.
+    active : ndarray (coordinates,), bool
+        Which of them move the lines without any effect; the slopes of the others are taken as 0.
     lines : ndarray (conditions, probes, orders), complex
         What the machine shows at ``position``.
     slopes : ndarray (unknowns, conditions, probes, orders), complex
@@ -55,6 +58,8 @@ class Baseline:
     machine: Machine
     coordinates: tuple[Coordinate, ...]
     position: np.ndarray
+    given: np.ndarray
+    active: np.ndarray
     lines: np.ndarray
     slopes: np.ndarray
     prior: np.ndarray
@@ -67,54 +72,60 @@ def machine_at(machine: Machine, coordinates: tuple[Coordinate, ...], position: 
 
 
 def start(machine: Machine, predictor: Predictor, *, tell: Callable[[str], None] = lambda _: None) -> Baseline:
-    """Return the machine as given, linearised; parameters that change nothing that is measured are left out."""
+    """Return the machine as given, linearised; parameters that move nothing measured are not active."""
     load = machine.definition.load_parameter
-    declared = [p for p in machine.definition.parameters if p.name != load]
-    coordinates = coordinates_of(declared)
+    coordinates = coordinates_of([p for p in machine.definition.parameters if p.name != load])
     values = machine.values
-    position = np.array([c.coordinate(values[c.parameter.name]) for c in coordinates])
+    given = np.array([c.coordinate(values[c.parameter.name]) for c in coordinates])
     tell(f"slopes of {len(coordinates)} machine parameters")
-    found = linearised(machine, coordinates, position, predictor)
+    found = linearised(machine, coordinates, given, given, np.ones(given.size, dtype=bool), predictor)
     scale = np.sqrt(np.mean(np.abs(found.lines) ** 2, axis=(0, 2), keepdims=True)) * NEGLIGIBLE + 1e-300
-    strong = [i for i in range(len(coordinates)) if found.prior[i] * np.abs(found.slopes[i] / scale).max() > 1]
-    kept = [*strong, *range(len(coordinates), found.slopes.shape[0])]
-    return replace(
-        found,
-        coordinates=tuple(coordinates[i] for i in strong),
-        position=position[strong],
-        slopes=found.slopes[kept],
-        prior=found.prior[kept],
-        prior_mean=found.prior_mean[kept],
-    )
+    active = np.array([found.prior[i] * np.abs(found.slopes[i] / scale).max() > 1 for i in range(given.size)])
+    slopes = found.slopes.copy()
+    slopes[: given.size][~active] = 0.0
+    return replace(found, active=active, slopes=slopes)
 
 
 def linearised(
-    machine: Machine, coordinates: tuple[Coordinate, ...], position: np.ndarray, predictor: Predictor
+    machine: Machine,
+    coordinates: tuple[Coordinate, ...],
+    position: np.ndarray,
+    given: np.ndarray,
+    active: np.ndarray,
+    predictor: Predictor,
 ) -> Baseline:
     """Return the machine at a position of its coordinates with its slopes there."""
     here = machine_at(machine, coordinates, position)
     lines = predictor.amplitudes(here)
-    slopes = []
-    for i in range(len(coordinates)):
+    slopes = np.zeros((len(coordinates), *lines.shape), dtype=complex)
+    for i in np.flatnonzero(active):
         step = STEP if coordinates[i].value(position[i] + STEP) != coordinates[i].value(position[i]) else -STEP
         moved = position.copy()
         moved[i] += step
-        slopes.append((predictor.amplitudes(machine_at(machine, coordinates, moved)) - lines) / step)
+        slopes[i] = (predictor.amplitudes(machine_at(machine, coordinates, moved)) - lines) / step
     probes = lines.shape[1]
     gains = np.zeros((2 * probes, *lines.shape), dtype=complex)
     for probe in range(probes):
         gains[2 * probe, :, probe] = lines[:, probe]
         gains[2 * probe + 1, :, probe] = 1j * lines[:, probe]
     prior = [FREE_ANGLE if c.is_angle else 1.0 for c in coordinates] + [GAIN_DEVIATION] * (2 * probes)
-    mean = np.concatenate([np.where([c.is_angle for c in coordinates], 0.0, -position), np.zeros(2 * probes)])
     return Baseline(
-        here,
-        coordinates,
-        position,
-        lines,
-        np.concatenate([np.array(slopes).reshape(-1, *lines.shape), gains]),
-        np.array(prior),
-        mean,
+        machine=here,
+        coordinates=coordinates,
+        position=position,
+        given=given,
+        active=active,
+        lines=lines,
+        slopes=np.concatenate([slopes, gains]),
+        prior=np.array(prior),
+        prior_mean=np.concatenate([given - position, np.zeros(2 * probes)]),
+    )
+
+
+def moved(baseline: Baseline, machine: Machine, change: np.ndarray, predictor: Predictor) -> Baseline:
+    """Return the baseline with its coordinates changed and linearised again; ``machine`` may carry effects."""
+    return linearised(
+        machine, baseline.coordinates, baseline.position + change, baseline.given, baseline.active, predictor
     )
 
 
@@ -134,7 +145,7 @@ def calibrated(
         accepted = None
         for share in (1.0, 0.3, 0.1):
             limited = share * np.clip(move, -1.0, 1.0)
-            trial = linearised(machine, current.coordinates, current.position + limited, predictor)
+            trial = moved(current, machine, np.where(current.active, limited, 0.0), predictor)
             value = _objective(trial, healthy, error)
             if value < best:
                 accepted, gained, best = trial, best - value, value
@@ -224,18 +235,3 @@ def residual_error(current: Baseline, healthy: OrderLines) -> np.ndarray:
     power = np.where(seen, np.abs(left) ** 2 / 2 - np.where(seen, healthy.deviations, 0.0) ** 2, 0.0)
     count = np.maximum(seen.sum(axis=0), 1)
     return np.sqrt(np.maximum(power.sum(axis=0) / count, error**2))
-
-
-__all__ = [
-    "Baseline",
-    "calibrated",
-    "error_covariance",
-    "joined",
-    "linearised",
-    "machine_at",
-    "model_error",
-    "noise_covariance",
-    "residual_error",
-    "similarity",
-    "start",
-]

@@ -9,12 +9,13 @@ exactly; the factor of the strongest is its strength. At each probe each order m
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .baseline import Baseline, error_covariance, noise_covariance
+from .baseline import Baseline, error_covariance, moved, noise_covariance
 from .lines import OrderLines, joined, stacked
+from .predict import Predictor
 
 LAW_TOLERANCE = 0.15
 PROBE_TOLERANCE = 0.03
@@ -36,6 +37,10 @@ class Comparison:
         Stacked, whitened: a unit normal vector when nothing is wrong.
     log_constant : float
         Logarithm of the density of the residual at zero.
+    known : ndarray (unknowns,)
+        The machine's unknowns as the healthy lines have them, relative to where the machine is linearised.
+    learnt : ndarray (unknowns, reals)
+        What one whitened residual adds to them.
     """
 
     lines: OrderLines
@@ -44,6 +49,8 @@ class Comparison:
     factor: np.ndarray
     residual: np.ndarray
     log_constant: float
+    known: np.ndarray
+    learnt: np.ndarray
 
     @property
     def seen(self) -> np.ndarray:
@@ -78,6 +85,8 @@ class Problem:
         The calibrated machine in the healthy conditions.
     error : ndarray (probes, orders)
         Standard deviation of the baseline's model error.
+    predictor, healthy_predictor : Predictor
+        For the conditions to explain, and for the healthy ones (the same where there are none).
     """
 
     lines: OrderLines
@@ -85,10 +94,20 @@ class Problem:
     healthy: OrderLines | None
     at_healthy: Baseline | None
     error: np.ndarray
+    predictor: Predictor
+    healthy_predictor: Predictor
 
     def plain(self) -> Comparison:
         """Return the lines against what is expected without any effect."""
         return comparison(self.lines, self.baseline, self.healthy, self.at_healthy, self.error)
+
+    def moved(self, change: np.ndarray) -> Problem:
+        """Return the problem about a machine whose own coordinates are changed."""
+        machine = self.baseline.machine
+        there = self.at_healthy
+        if there is not None and change[there.active].any():
+            there = moved(there, machine, change, self.healthy_predictor)
+        return replace(self, baseline=moved(self.baseline, machine, change, self.predictor), at_healthy=there)
 
     def around(self, baseline: Baseline, response: np.ndarray) -> Comparison:
         """Return the lines against a machine with effects, linearised with them, that add ``response``."""
@@ -118,40 +137,51 @@ def comparison(
     own_error : ndarray (probes, orders), optional
         Of a further model error that the healthy lines do not share.
     """
-    unknown = baseline.prior**2
-    further = error_covariance(lines.conditions, own_error, lines.seen) if own_error is not None else 0.0
-    if healthy is None or at_healthy is None:
-        expected = baseline.lines + np.tensordot(baseline.prior_mean, baseline.slopes, 1)
-        slopes = stacked(baseline.slopes, lines.seen)
-        covariance = (slopes.T * unknown) @ slopes + error_covariance(lines.conditions, error, lines.seen)
-        return _compared(lines, expected, covariance + noise_covariance(lines) + further)
+    variance = baseline.prior[:, None] ** 2
+    flat = stacked(baseline.slopes, lines.seen)
+    expected = baseline.lines + np.tensordot(baseline.prior_mean, baseline.slopes, 1)
+    covariance = flat.T @ (variance * flat) + error_covariance(lines.conditions, error, lines.seen)
+    covariance += noise_covariance(lines)
+    known, cross = baseline.prior_mean, variance * flat
+    if healthy is not None and at_healthy is not None:
+        own = stacked(at_healthy.slopes, healthy.seen)
+        inner = own.T @ (variance * own) + error_covariance(healthy.conditions, error, healthy.seen)
+        inner += noise_covariance(healthy)
+        between = own.T @ (variance * flat) + _shared_error(healthy, lines, error)
+        weights = np.linalg.solve(inner, np.concatenate([between, (variance * own).T], axis=1))
+        to_lines, to_unknowns = weights[:, : flat.shape[1]], weights[:, flat.shape[1] :]
+        there = at_healthy.lines + np.tensordot(baseline.prior_mean, at_healthy.slopes, 1)
+        left = stacked(healthy.amplitudes - there, healthy.seen)
+        expected = expected + _unstacked(to_lines.T @ left, lines.seen)
+        covariance = covariance - between.T @ to_lines
+        known, cross = known + to_unknowns.T @ left, cross - to_unknowns.T @ between
+    if own_error is not None:
+        covariance = covariance + error_covariance(lines.conditions, own_error, lines.seen)
+    return _compared(lines, expected, covariance, known, cross)
+
+
+def _shared_error(healthy: OrderLines, lines: OrderLines, error: np.ndarray) -> np.ndarray:
+    """Return the covariance of the model errors in the healthy conditions with those in the others."""
     both = joined(healthy, lines)
-    model = np.concatenate([at_healthy.lines, baseline.lines])
-    slopes = np.concatenate([at_healthy.slopes, baseline.slopes], axis=1)
-    expected = model + np.tensordot(baseline.prior_mean, slopes, 1)
-    flat = stacked(slopes, both.seen)
-    shared = (flat.T * unknown) @ flat + error_covariance(both.conditions, error, both.seen)
-    whole = shared + noise_covariance(both)
-    known = np.zeros(both.seen.shape, dtype=bool)
-    known[: len(healthy.conditions)] = True
-    first = np.tile(known[both.seen], 2)
-    residual = stacked(both.amplitudes - expected, both.seen)
-    weights = np.linalg.solve(whole[np.ix_(first, first)], whole[np.ix_(first, ~first)])
-    shift = weights.T @ residual[first]
-    covariance = whole[np.ix_(~first, ~first)] - weights.T @ whole[np.ix_(first, ~first)]
-    there = expected[len(healthy.conditions) :] + _unstacked(shift, lines.seen)
-    return _compared(lines, there, covariance + further)
+    whole = error_covariance(both.conditions, error, both.seen)
+    first = np.zeros(both.seen.shape, dtype=bool)
+    first[: len(healthy.conditions)] = True
+    rows = np.tile(first[both.seen], 2)
+    return whole[np.ix_(rows, ~rows)]
 
 
-def _compared(lines: OrderLines, expected: np.ndarray, covariance: np.ndarray) -> Comparison:
+def _compared(
+    lines: OrderLines, expected: np.ndarray, covariance: np.ndarray, known: np.ndarray, cross: np.ndarray
+) -> Comparison:
     from scipy.linalg import solve_triangular
 
     # Rounding may leave a tiny negative direction where slopes and errors are far larger than the noise.
     covariance = (covariance + covariance.T) / 2 + np.diag(1e-12 * np.diag(covariance))
     factor = np.linalg.cholesky(covariance)
     residual = solve_triangular(factor, stacked(lines.amplitudes - expected, lines.seen), lower=True)
+    learnt = solve_triangular(factor, cross.T, lower=True).T
     constant = -float(np.log(np.diag(factor)).sum()) - 0.5 * residual.size * math.log(2 * math.pi)
-    return Comparison(lines, expected, covariance, factor, residual, constant)
+    return Comparison(lines, expected, covariance, factor, residual, constant, known, learnt)
 
 
 def _unstacked(values: np.ndarray, seen: np.ndarray) -> np.ndarray:

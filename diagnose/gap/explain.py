@@ -10,7 +10,7 @@ import numpy as np
 from ...datasets.recording import Campaign, Recording
 from ...simulators.errors import InvalidValueError
 from ...simulators.machine import Machine
-from .baseline import Baseline, calibrated, linearised, model_error, residual_error
+from .baseline import Baseline, calibrated, model_error, moved, residual_error
 from .evidence import Problem
 from .gain import measured_gain
 from .hypotheses import Candidate, candidates
@@ -44,6 +44,7 @@ class Prepared:
     healthy : OrderLines or None
     predictor : Predictor
         For all conditions to explain.
+    healthy_predictor : Predictor or None
     baseline : Baseline
         Calibrated, in all conditions to explain.
     at_healthy : Baseline or None
@@ -57,6 +58,7 @@ class Prepared:
     held_out: tuple[int, ...]
     healthy: OrderLines | None
     predictor: Predictor
+    healthy_predictor: Predictor | None
     baseline: Baseline
     at_healthy: Baseline | None
     error: np.ndarray
@@ -67,7 +69,11 @@ class Prepared:
         part = replace(
             self.baseline, lines=self.baseline.lines[list(chosen)], slopes=self.baseline.slopes[:, list(chosen)]
         )
-        return Problem(self.measured.select(chosen), part, self.healthy, self.at_healthy, self.error)
+        predictor = self.predictor.select(chosen)
+        healthy = self.healthy_predictor or predictor
+        return Problem(
+            self.measured.select(chosen), part, self.healthy, self.at_healthy, self.error, predictor, healthy
+        )
 
 
 def explain_gap(
@@ -100,14 +106,14 @@ def explain_gap(
     """
     tell("observing the recordings")
     prepared = prepare(campaign, machine, tell=tell)
-    part = prepared.predictor.select(prepared.fitted)
     problem = prepared.problem(prepared.fitted)
+    part = problem.predictor
     competing = [
         one for one in candidates(machine, without=without | ONLY_IN_WAVEFORM) if only is None or one.name in only
     ]
     library, not_compared = responses(competing, problem.baseline.machine, part, tell=tell)
     kernels = force_kernels(problem.baseline.machine, part)
-    posterior = search(problem, library, part, kernels, tell=tell)
+    posterior = search(problem, library, kernels, tell=tell)
     tell("measuring the gain")
     gain = measured_gain(machine, prepared, posterior)
     return told(machine, prepared, posterior, not_compared, gain, without=without)
@@ -127,10 +133,19 @@ def prepare(campaign: Campaign, machine: Machine, *, tell: Tell = lambda _: None
     to_calibrate = healthy or measured.select(fitted)
     own = _predictor(healthy, campaign.baseline) if healthy else predictor.select(fitted)
     at_calibration = calibrated(machine, to_calibrate, own, tell=tell)
-    baseline = linearised(at_calibration.machine, at_calibration.coordinates, at_calibration.position, predictor)
+    baseline = moved(at_calibration, at_calibration.machine, np.zeros(at_calibration.position.size), predictor)
     error = residual_error(at_calibration, healthy) if healthy else model_error(at_calibration.lines, {}, to_calibrate)
     return Prepared(
-        measured, fitted, held_out, healthy, predictor, baseline, at_calibration if healthy else None, error, waveform
+        measured,
+        fitted,
+        held_out,
+        healthy,
+        predictor,
+        own if healthy else None,
+        baseline,
+        at_calibration if healthy else None,
+        error,
+        waveform,
     )
 
 

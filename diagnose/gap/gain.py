@@ -11,7 +11,7 @@ import numpy as np
 from ...simulators.machine import Machine
 from .baseline import similarity
 from .evidence import Problem
-from .predict import Predictor, UnpredictableError
+from .predict import UnpredictableError
 from .refine import Fit
 from .result import Gain
 from .search import Posterior
@@ -26,19 +26,15 @@ ACCURACY = 0.01
 def measured_gain(machine: Machine, prepared: Prepared, posterior: Posterior) -> Gain:
     """Return the gain on the held-out conditions, or on all where none could be held out."""
     held_out = prepared.held_out or prepared.fitted
-    problem, predictor = prepared.problem(held_out), prepared.predictor.select(held_out)
+    problem = prepared.problem(held_out)
     calibrated = problem.plain().expected
-    given = residual_power(problem, predictor.amplitudes(machine))
+    given = residual_power(problem, problem.predictor.amplitudes(machine))
     best = winner(posterior)
     others = [fit for fit in posterior.fits if not set(fit.names) & set(best.names)] if best.candidates else []
     return Gain(
-        held_out_db=_db(given, residual_power(problem, calibrated + added(best, problem, predictor))),
+        held_out_db=_db(given, residual_power(problem, explained(best, problem))),
         calibration_only_db=_db(given, residual_power(problem, calibrated)),
-        wrong_effect_db=(
-            _db(given, residual_power(problem, calibrated + added(others[0], problem, predictor)))
-            if others
-            else math.nan
-        ),
+        wrong_effect_db=(_db(given, residual_power(problem, explained(others[0], problem))) if others else math.nan),
         smooth_function_db=_db(given, residual_power(problem, calibrated + _smooth(prepared, held_out, best))),
         held_out=prepared.held_out,
     )
@@ -50,13 +46,17 @@ def winner(posterior: Posterior) -> Fit:
     return posterior.best(names)
 
 
-def added(fit: Fit, problem: Problem, predictor: Predictor) -> np.ndarray:
-    """Return what a fit adds to the lines in other conditions than it was fitted to."""
+def explained(fit: Fit, problem: Problem) -> np.ndarray:
+    """Return the lines that a fit expects in other conditions than it was fitted to."""
+    if fit.problem is not None:
+        change = fit.problem.baseline.position - problem.baseline.position
+        problem = problem.moved(change) if change.any() else problem
     machine = problem.baseline.machine
     try:
-        return predictor.amplitudes(fit.machine(machine)) - predictor.amplitudes(machine)
+        own = problem.predictor.amplitudes(fit.machine(machine)) - problem.predictor.amplitudes(machine)
     except UnpredictableError:
-        return np.zeros(problem.lines.seen.shape, dtype=complex)
+        own = np.zeros(problem.lines.seen.shape, dtype=complex)
+    return problem.plain().expected + own
 
 
 def residual_power(problem: Problem, simulated: np.ndarray) -> float:

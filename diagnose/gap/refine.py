@@ -20,6 +20,8 @@ FIRST_STEPS, MOST_STEPS = 3, 12
 #: Least precision of an angle: of a flat prior on a full circle.
 CIRCLE_PRECISION = 12 / (2 * math.pi) ** 2
 LONGEST_MOVE = 1.0
+#: Times that the machine's own unknowns are moved, and change of their coordinates that is not worth another time.
+MOST_REBASES, SMALL_CHANGE = 4, 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +43,8 @@ class Fit:
         Whitened, what stays unexplained.
     law : ndarray (directions, reals)
         Whitened directions in which the law may be wrong.
+    problem : Problem, optional
+        With the machine's own unknowns where they were when the effects were fitted; None when not fitted together.
     """
 
     candidates: tuple[Candidate, ...]
@@ -51,6 +55,7 @@ class Fit:
     log_evidence: float
     residual: np.ndarray
     law: np.ndarray
+    problem: Problem | None = None
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -148,21 +153,40 @@ def _response(
     return lambda position: predictor.amplitudes(with_candidates(machine, chosen, position)) - base
 
 
-def jointly(fit: Fit, problem: Problem, predictor: Predictor) -> Fit:
-    """Return the fit with the machine's own unknowns linearised beside the effects, not without them.
+def jointly(fit: Fit, problem: Problem) -> Fit:
+    """Return the fit with the machine's own unknowns fitted beside the effects, and linearised with them in place.
 
-    The machine's slopes are taken with the effects in place; the effects' values follow by one more climb.
+    In turn: the effects' values at fixed unknowns, then the unknowns' most probable change (Gauss-Newton).
     """
-    if not fit.candidates:
-        return fit
-    baseline = problem.baseline
-    machine = fit.machine(baseline.machine)
-    around = linearised(machine, baseline.coordinates, baseline.position, predictor)
-    compared = problem.around(around, fit.response)
-    # The residual is against the machine with the effects: their response is put back, to be fitted anew.
-    without = replace(compared, residual=compared.residual + compared.whitened(fit.response))
-    found = refined(fit.candidates, fit.position, without, baseline.machine, predictor)
-    return found or fit
+    best = fit
+    for _ in range(MOST_REBASES):
+        baseline = problem.baseline
+        try:
+            around = linearised(
+                fit.machine(baseline.machine),
+                baseline.coordinates,
+                baseline.position,
+                baseline.given,
+                np.ones(baseline.position.size, dtype=bool),
+                problem.predictor,
+            )
+        except UnpredictableError:
+            return best
+        compared = problem.around(around, fit.response)
+        # The residual is against the machine with the effects: their response is put back, to be fitted anew.
+        without = replace(compared, residual=compared.residual + compared.whitened(fit.response))
+        found = refined(fit.candidates, fit.position, without, baseline.machine, problem.predictor)
+        if found is None:
+            return best
+        fit = replace(found, problem=problem)
+        if best.problem is None or fit.log_evidence > best.log_evidence:
+            best = fit
+        learnt = compared.learnt @ Widened(fit.law).solve(fit.residual)
+        change = np.clip((compared.known + learnt)[: baseline.position.size], -1.0, 1.0)
+        if np.abs(change).max(initial=0.0) < SMALL_CHANGE:
+            break
+        problem = problem.moved(change)
+    return best
 
 
 def _precision(chosen: Sequence[Candidate]) -> np.ndarray:

@@ -10,7 +10,6 @@ import numpy as np
 
 from .evidence import Comparison, Problem, Widened
 from .hypotheses import Candidate
-from .predict import Predictor
 from .refine import FIRST_STEPS, Climbed, Fit, climbed, jointly, nothing, refined
 from .screen import Atom, Start, starts
 from .unknown_force import Unknown, unexplained
@@ -69,7 +68,6 @@ class Posterior:
 def search(
     problem: Problem,
     atoms: Mapping[Candidate, Sequence[Atom]],
-    predictor: Predictor,
     kernels: np.ndarray | None,
     *,
     tell: Tell = lambda _: None,
@@ -81,12 +79,10 @@ def search(
     problem : Problem
     atoms : mapping of Candidate to sequence of Atom
         Responses in the problem's conditions, from `screen.atoms_of`.
-    predictor : Predictor
-        For the problem's conditions.
     kernels : ndarray, optional
         From `unknown_force.force_kernels`.
     """
-    compared, machine = problem.plain(), problem.baseline.machine
+    compared, machine, predictor = problem.plain(), problem.baseline.machine, problem.predictor
     none = nothing(compared)
     screened = _few_of_each(_screened(atoms, compared, None))
     begun: list[tuple[Climbed, Candidate]] = []
@@ -99,8 +95,8 @@ def search(
     begun.sort(key=lambda item: item[0].objective)
     found = [refined([one], first.position, compared, machine, predictor) for first, one in begun[:FINISHED]]
     singles = [fit for fit in found if fit]
-    singles = _jointly_best(singles, problem, predictor)
-    pairs = _pairs(singles, atoms, problem, predictor, tell) if singles else []
+    singles = _jointly_best(singles, problem)
+    pairs = _pairs(singles, atoms, problem, tell) if singles else []
     unknown = unexplained(compared, kernels)
     fits = tuple(sorted([*singles, *pairs], key=lambda fit: -fit.log_evidence))
     count = len({candidate.name for candidate in atoms})
@@ -127,16 +123,15 @@ def _few_of_each(screened: list[list[Start]]) -> list[list[Start]]:
     return kept
 
 
-def _jointly_best(fits: list[Fit], problem: Problem, predictor: Predictor) -> list[Fit]:
+def _jointly_best(fits: list[Fit], problem: Problem) -> list[Fit]:
     ranked = sorted(fits, key=lambda fit: -fit.log_evidence)
-    return [jointly(fit, problem, predictor) for fit in ranked[:JOINT]] + ranked[JOINT:]
+    return [jointly(fit, problem) for fit in ranked[:JOINT]] + ranked[JOINT:]
 
 
 def _pairs(
     singles: list[Fit],
     atoms: Mapping[Candidate, Sequence[Atom]],
     problem: Problem,
-    predictor: Predictor,
     tell: Tell,
 ) -> list[Fit]:
     """Return two effects together, where the second explains clearly more."""
@@ -153,14 +148,14 @@ def _pairs(
             tell(f"{leader.candidates[0]} with {options[0].candidate}")
             places = [np.concatenate([leader.position, o.position]) for o in options[:STARTS]]
             both = [leader.candidates[0], options[0].candidate]
-            machine = problem.baseline.machine
+            machine, predictor = problem.baseline.machine, problem.predictor
             first = climbed(both, places, compared, machine, predictor, steps=FIRST_STEPS)
             fit = refined(both, first.position, compared, machine, predictor) if first else None
             found += [fit] if fit else []
     kept: dict[tuple[str, ...], Fit] = {}
     for fit in sorted(found, key=lambda fit: -fit.log_evidence):
         kept.setdefault(fit.names, fit)
-    joint = [jointly(fit, problem, predictor) for fit in list(kept.values())[:2]]
+    joint = [jointly(fit, problem) for fit in list(kept.values())[:2]]
     return [fit for fit in joint if fit.log_evidence > best + PAIR_MARGIN]
 
 

@@ -11,7 +11,7 @@ from ...simulators.effect import effect_catalogue
 from ...simulators.machine import Machine
 from .coordinates import values_at
 from .evidence import Comparison
-from .gain import added
+from .gain import explained
 from .next_measurement import next_measurement
 from .refine import Fit
 from .result import Cause, Estimate, Gain, GapResult, ResidualLine
@@ -55,7 +55,7 @@ def told(
         }
         kind = "one cause" if len(causes) == 1 else "several causes"
     rivals = [posterior.best(other) for other in together if other != names and other != ("unknown",)]
-    after = expected + added(best, everything, prepared.predictor)
+    after = explained(best, everything)
     if kind == "unknown":
         after[list(prepared.fitted)] += posterior.unknown.lines
     return GapResult(
@@ -74,7 +74,7 @@ def told(
         after=after,
         machine=machine,
         calibrated=calibrated,
-        extended=best.machine(calibrated),
+        extended=best.machine(best.problem.baseline.machine if best.problem else calibrated),
         not_compared=dict(not_compared),
     )
 
