@@ -132,6 +132,8 @@ def read_campaign(
     InvalidValueError
         When channels, units or loads do not fit the machine, or no recording is left.
     """
+    if sidecar is not None and not sidecar.is_file():
+        raise InvalidValueError(f"Sidecar {sidecar}: no such file. Check --sidecar.")
     declared = machine.bare_assembly().probes
     given, stated = parse_probes(probes, declared), parse_loads(loads, machine)
     kept: dict[Path, tuple[Recording, Matched]] = {}
@@ -221,7 +223,7 @@ def _plain(unit: str) -> str:
 
 def _check_left(sources: Sources, kept: Mapping[Path, object], unreadable: Sequence[str]) -> None:
     if not any(path in kept for path in sources.recordings):
-        raise InvalidValueError(f"No recording can be read; allowed: one or more. {' '.join(unreadable)}")
+        raise InvalidValueError(f"No recording can be read; allowed: one or more. {' '.join(unreadable[:3])}")
 
 
 def _shared(kept: Mapping[Path, tuple[Recording, Matched]], names: Sequence[str]) -> tuple[str, ...]:

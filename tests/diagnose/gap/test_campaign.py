@@ -1,0 +1,245 @@
+"""From files to a campaign: which channel is which probe, which file is healthy, what is refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rotorwise.datasets.metadata import Metadata
+from rotorwise.datasets.reading import read
+from rotorwise.datasets.recording import Channel, OperatingCondition, Recording
+from rotorwise.datasets.simulated import record_machine
+from rotorwise.datasets.write import write_recording
+from rotorwise.diagnose.gap.campaign import find_sources, parse_loads, read_campaign
+from rotorwise.diagnose.gap.channels import as_probes, match_channels, parse_probes
+from rotorwise.simulators.errors import InvalidValueError
+from rotorwise.simulators.machine import find_machine
+
+ROTOR, RIG = find_machine("amb_rotor"), find_machine("test_rig")
+PROBES, RIG_PROBES = ROTOR.bare_assembly().probes, RIG.bare_assembly().probes
+TACHO = Channel("tacho", "tacho")
+#: Channels of a measured file, as somebody would describe the probes of the test rig.
+MEASURED = (
+    Channel("DE H", "acceleration", "housing A", "horizontal"),
+    Channel("DE V", "acceleration", "housing A", "vertical"),
+    Channel("NDE H", "acceleration", "housing_b", "x"),
+    Channel("motor", "rotational_speed"),
+    TACHO,
+)
+
+
+def recording(*channels: Channel, load: float | None = None, unit: str | None = None) -> Recording:
+    signals = np.arange(len(channels))[:, None] + np.zeros((1, 50))
+    return Recording(signals, 1000.0, channels, OperatingCondition(1500.0, load, unit), label="unbalance")
+
+
+def by_name(one: Recording, *, given: dict[str, str] | None = None, rig: bool = True) -> dict[str, str]:
+    found = match_channels(one, RIG_PROBES if rig else PROBES, given=given or {})
+    return {one.channels[i].name: name for i, name in found.probes.items()}
+
+
+# ---- channels ----
+
+
+def test_names_of_probes_match_themselves() -> None:
+    channels = [Channel(probe.name, "displacement") for probe in PROBES]
+    assert by_name(recording(*channels, TACHO), rig=False) == {probe.name: probe.name for probe in PROBES}
+
+
+@given(st.permutations(MEASURED))
+def test_place_and_way_match_whatever_the_order(channels: list[Channel]) -> None:
+    assert by_name(recording(*channels)) == {"DE H": "housing_a_x", "DE V": "housing_a_y", "NDE H": "housing_b_x"}
+
+
+def test_way_alone_matches_only_where_nothing_else_could_be_meant() -> None:
+    axial, speed = Channel("ax", "acceleration", None, "axial"), Channel("n", "rotational_speed")
+    gearbox = find_machine("gearbox").bare_assembly().probes
+    only_x = Channel("h", "acceleration", None, "horizontal")
+    assert match_channels(recording(only_x), gearbox, given={}).probes == {0: "bearing 1 x"}
+    with pytest.raises(InvalidValueError) as problem:
+        match_channels(recording(axial, speed), RIG_PROBES, given={})
+    said = str(problem.value)
+    assert "ax (could be housing_a_axial or housing_b_axial" in said
+    assert "--probe CHANNEL=PROBE" in said
+    assert all(probe.name in said for probe in RIG_PROBES)
+
+
+def test_two_channels_never_become_one_probe() -> None:
+    twins = [Channel(name, "acceleration", "housing_a", "x") for name in ("first", "second")]
+    other = Channel("other", "acceleration", "housing_a", "y")
+    found = match_channels(recording(*twins, other), RIG_PROBES, given={})
+    assert found.probes == {2: "housing_a_y"}
+    assert set(found.left) == {"first", "second"}
+
+
+def test_what_the_user_says_counts_first() -> None:
+    swapped = parse_probes(["DE H=housing_b_x", "3 = housing_a_x"], RIG_PROBES)
+    assert by_name(recording(*MEASURED), given=swapped) == {
+        "DE H": "housing_b_x",
+        "DE V": "housing_a_y",
+        "NDE H": "housing_a_x",
+    }
+    assert parse_probes(["a=b=path_1"], PROBES) == {"a=b": "path_1"}
+
+
+@pytest.mark.parametrize(
+    ("texts", "words"),
+    [
+        (["path_1"], "allowed: CHANNEL=PROBE"),
+        (["X=path_9"], "no probe 'path_9'; allowed: path_1, path_2"),
+        (["X=path_1", "Y=path_1"], "named twice"),
+        (["X=path_1", "X=path_2"], "named twice"),
+    ],
+)
+def test_wrong_probe_texts_are_refused(texts: list[str], words: str) -> None:
+    with pytest.raises(InvalidValueError, match=words):
+        parse_probes(texts, PROBES)
+
+
+@pytest.mark.parametrize(
+    ("channel", "words"),
+    [
+        (
+            Channel("path_1", "acceleration"),
+            "is acceleration; probe path_1 measures displacement.*Nothing is integrated",
+        ),
+        (Channel("path_1"), "has no known unit.*--unit"),
+        (Channel("path_1", "voltage"), "is voltage.*--sensitivity"),
+    ],
+)
+def test_quantities_must_agree(channel: Channel, words: str) -> None:
+    with pytest.raises(InvalidValueError, match=words):
+        match_channels(recording(channel), PROBES, given={})
+
+
+def test_a_channel_that_is_not_there_is_named() -> None:
+    with pytest.raises(InvalidValueError, match="channel 'Z'; allowed: X, or a number from 1 to 1"):
+        match_channels(recording(Channel("X", "displacement")), PROBES, given={"Z": "path_1"})
+
+
+def test_probes_keep_their_samples_and_the_tacho_stays() -> None:
+    one = recording(*MEASURED)
+    ready = as_probes(one, match_channels(one, RIG_PROBES, given={}))
+    assert [channel.name for channel in ready.channels] == ["housing_a_x", "housing_a_y", "housing_b_x", "tacho"]
+    np.testing.assert_array_equal(ready.signals, one.signals[[0, 1, 2, 4]])
+
+
+# ---- files ----
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A campaign with two recordings, one healthy one, and a file that is none."""
+    base = tmp_path_factory.mktemp("campaign")
+    (base / "baseline").mkdir()
+    for name, speed in (("slow.csv", 1500.0), ("fast.csv", 3000.0), ("baseline/ok.csv", 1500.0)):
+        made = record_machine(ROTOR, speed_rpm=speed, duration_s=0.2, rate_hz=1000.0).recording
+        write_recording(made, base / name, file_format="csv", notes={}, remarks="", force=True)
+    (base / "photo.xyz").write_bytes(b"\x00\x01nothing")
+    return base
+
+
+def test_a_folder_is_a_campaign_with_its_baseline(folder: Path) -> None:
+    sources = find_sources([folder])
+    assert [one.name for one in sources.recordings] == ["fast.csv", "slow.csv"]
+    assert [one.name for one in sources.baseline] == ["ok.csv"]
+    taken = read_campaign(sources, ROTOR)
+    assert taken.probes == tuple(probe.name for probe in PROBES)
+    assert taken.campaign.name == folder.name
+    assert [one.label for one in taken.campaign.recordings] == [None, None]
+    np.testing.assert_array_equal(taken.campaign.recordings[1].signals, read(folder / "slow.csv").signals)
+    assert len(taken.campaign.baseline) == 1
+    assert taken.notes == ("photo.xyz: no format that a reader knows; left out.",)
+
+
+def test_a_named_baseline_replaces_the_sub_folder_and_is_not_explained(folder: Path) -> None:
+    sources = find_sources([folder], baseline=[folder / "slow.csv"])
+    assert [one.name for one in sources.recordings] == ["fast.csv"]
+    assert [one.name for one in sources.baseline] == ["slow.csv"]
+    with pytest.raises(InvalidValueError, match="No recording to explain"):
+        find_sources([folder / "slow.csv"], baseline=[folder])
+
+
+def test_a_file_that_cannot_be_read_is_told_and_left_out(folder: Path, tmp_path: Path) -> None:
+    broken = tmp_path / "broken.npz"
+    broken.write_bytes(b"PK\x03\x04 cut")
+    taken = read_campaign(find_sources([folder / "slow.csv", broken]), ROTOR)
+    assert len(taken.campaign.recordings) == 1
+    assert len(taken.unreadable) == 1
+    assert "broken.npz" in taken.unreadable[0]
+    with pytest.raises(InvalidValueError, match="No recording can be read"):
+        read_campaign(find_sources([broken]), ROTOR)
+
+
+def test_a_folder_s_sidecar_holds_for_its_baseline_too(tmp_path: Path) -> None:
+    (tmp_path / "baseline").mkdir()
+    rows = "\n".join(["a,b"] + [f"{np.sin(i):.5f},{np.cos(i):.5f}" for i in range(200)])
+    for name in ("run.csv", "baseline/run.csv"):
+        (tmp_path / name).write_text(rows)
+    (tmp_path / "recording.toml").write_text(
+        '[recording]\nrate_hz = 1000.0\nunit = "um"\nchannel_names = ["path_1", "path_2"]\n'
+    )
+    taken = read_campaign(find_sources([tmp_path]), ROTOR)
+    assert taken.probes == ("path_1", "path_2")
+    first, healthy = taken.campaign.recordings[0], taken.campaign.baseline[0]
+    np.testing.assert_array_equal(first.signals, healthy.signals)
+    assert np.abs(first.signals).max() == pytest.approx(1e-6, rel=1e-3)
+    assert any("No tacho" in note for note in taken.notes)
+
+
+def test_only_probes_that_all_recordings_have_are_compared(folder: Path, tmp_path: Path) -> None:
+    one = read(folder / "slow.csv")
+    write_recording(one.select([1, 4]), tmp_path / "part.csv", file_format="csv", notes={}, remarks="", force=True)
+    taken = read_campaign(find_sources([folder / "slow.csv", tmp_path / "part.csv"]), ROTOR)
+    assert taken.probes == ("path_2",)
+    assert [[c.name for c in r.channels] for r in taken.campaign.recordings] == [["path_2", "tacho"]] * 2
+    assert "Channel path_1 is not compared: other recordings lack it (1 of 2 recordings)." in taken.notes
+    write_recording(one.select([0, 4]), tmp_path / "else.csv", file_format="csv", notes={}, remarks="", force=True)
+    with pytest.raises(InvalidValueError, match="no probe in common"):
+        read_campaign(find_sources([tmp_path / "part.csv", tmp_path / "else.csv"]), ROTOR)
+
+
+# ---- loads ----
+
+
+@pytest.fixture
+def rig_file(tmp_path: Path) -> Path:
+    channels = tuple(replace(one, direction=None) if one.quantity == "tacho" else one for one in MEASURED)
+    one = replace(recording(*channels), condition=OperatingCondition(1500.0))
+    write_recording(one, tmp_path / "rig.csv", file_format="csv", notes={}, remarks="", force=True)
+    return tmp_path / "rig.csv"
+
+
+def test_loads_are_in_the_machine_s_unit_and_within_its_bounds(rig_file: Path) -> None:
+    def load(*texts: str, **said: object) -> float | None:
+        known = Metadata(**said)  # pyright: ignore[reportArgumentType]
+        taken = read_campaign(find_sources([rig_file]), RIG, metadata=known, loads=texts)
+        return taken.campaign.recordings[0].condition.load
+
+    assert load() is None
+    assert load(load=2.0, load_unit="kg") == 2.0
+    assert load("3", load=50.0, load_unit="%") == 3.0
+    assert load("3", "rig*=4", "other=5") == 4.0
+    with pytest.raises(InvalidValueError, match=r"load 50 %.*in kg. Give it with --load rig.csv=VALUE"):
+        load(load=50.0, load_unit="%")
+    with pytest.raises(InvalidValueError, match=r"rig.csv: shaft_load_kg = 1000000.0; allowed"):
+        load(load=1e6)
+    with pytest.raises(InvalidValueError, match="is not a number"):
+        load("much")
+
+
+def test_a_load_for_a_machine_without_one_is_refused() -> None:
+    with pytest.raises(InvalidValueError, match="amb_rotor has no load"):
+        parse_loads(["3"], ROTOR)
+    with pytest.raises(InvalidValueError, match="PATTERN=VALUE"):
+        parse_loads(["=3"], RIG)
+
+
+def test_an_unknown_load_is_told_of(rig_file: Path) -> None:
+    taken = read_campaign(find_sources([rig_file]), RIG)
+    assert any(note.startswith("Load not known in 1 of 1 recordings") for note in taken.notes)
+    assert "Channel motor is not compared: rotational speed, direction not known: no such probe left." in taken.notes

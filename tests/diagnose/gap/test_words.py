@@ -1,0 +1,220 @@
+"""The result in words and as JSON: what is said follows from the numbers, nothing is rounded to certainty."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rich.console import Console
+from rotorwise.diagnose.gap.json_form import as_json
+from rotorwise.diagnose.gap.lines import Condition
+from rotorwise.diagnose.gap.result import KINDS, Estimate, Gain, ResidualLine
+from rotorwise.diagnose.gap.terminal import show
+from rotorwise.diagnose.gap.words import (
+    NOTABLE_SIGMA,
+    estimate_words,
+    gain_words,
+    gap_words,
+    headline,
+    line_words,
+    mesh_orders,
+    not_compared_words,
+    parameter_label,
+    probability_words,
+    sentence_of,
+    verdict_words,
+)
+from rotorwise.simulators.effect import effect_catalogue
+from rotorwise.simulators.machine import find_machine
+
+from .made_results import CONDITIONS, GAIN, made
+
+MACHINE = find_machine("amb_rotor")
+ANY = st.floats(allow_nan=True, allow_infinity=True)
+
+
+def residual(order: float, measured: complex, simulated: complex, *, sigma: float = 50.0, condition: int = 0):
+    return ResidualLine("path_1", order, condition, measured, simulated, sigma)
+
+
+# ---- the gap ----
+
+
+def test_a_line_is_lacking_too_much_or_turned() -> None:
+    lines = [residual(1.0, 3.0, 1.0), residual(2.0, 1.0, 3.0), residual(3.0, 1.0, -1.0)]
+    said = gap_words(lines, CONDITIONS, MACHINE, whole=4)
+    assert said == "At 1500 rpm the model lacks 1X, has too much 2X and gets the phase wrong of 3X."
+
+
+def test_only_notable_lines_are_named_and_the_clearest_first() -> None:
+    lines = [
+        residual(2.0, 3, 1, sigma=9),
+        residual(1.0, 3, 1, sigma=90),
+        residual(3.0, 3, 1, sigma=NOTABLE_SIGMA - 0.1),
+    ]
+    assert "lacks 1X and 2X." in gap_words(lines, CONDITIONS, MACHINE, whole=4)
+    assert "No line differs" in gap_words(lines[2:], CONDITIONS, MACHINE, whole=4)
+    many = [residual(float(k), 3, 1) for k in range(1, 8)]
+    assert gap_words(many, CONDITIONS, MACHINE, whole=4).endswith("; 3 more orders are wrong.")
+
+
+def test_conditions_are_named_by_speed_and_by_load_where_it_varies() -> None:
+    where = [residual(1.0, 3, 1, condition=i) for i in (2, 0)]
+    assert gap_words(where, CONDITIONS, MACHINE, whole=4).startswith("At 1500 and 3300 rpm")
+    assert gap_words(where, CONDITIONS, MACHINE, whole=2).startswith("In all 2 fitted conditions")
+    loaded = (Condition(1500.0, 10.0), Condition(1500.0), Condition(1500.0, 50.0))
+    assert gap_words(where, loaded, MACHINE, whole=3).startswith("At 1500 rpm, load 10 and 1500 rpm, load 50")
+
+
+@given(st.integers(1, 4), st.integers(-3, 3))
+def test_lines_beside_a_tooth_mesh_carry_its_name(multiple: int, side: int) -> None:
+    gears = mesh_orders(find_machine("gearbox"))
+    mesh = gears[0]
+    assert len(gears) == 1
+    assert mesh > 6
+    name = line_words(multiple * mesh + side, gears)
+    assert name.split(" ")[0] == ("mesh" if multiple == 1 else str(multiple))
+    assert name.endswith("mesh" if side == 0 else f"{'+' if side > 0 else '-'} {abs(side)}X")
+    assert line_words(side % 4 + 1.0, gears) == f"{side % 4 + 1}X"
+
+
+# ---- values ----
+
+
+@given(st.floats(1e-12, 1.0, exclude_max=True))
+def test_no_probability_is_rounded_to_certainty(p: float) -> None:
+    for shown in (p, 1 - p):
+        words = probability_words(shown)
+        assert words not in ("0.00", "1.00") or shown in (0.0, 1.0)
+
+
+def test_values_are_said_in_readable_units() -> None:
+    assert estimate_words(Estimate(math.pi / 4, 0.5, 1.0, "rad")) == "45 deg (28.6 to 57.3)"
+    assert estimate_words(Estimate(2e-3, -1e-3, 5e-3, "m")) == "2 mm (-1 to 5)"
+    assert estimate_words(Estimate(1.1e-4, 0.9e-4, 1.3e-4, "kg.m")) == "0.00011 kg.m (9e-05 to 0.00013)"
+
+
+@pytest.mark.parametrize("name", sorted(effect_catalogue()))
+def test_labels_lose_the_unit_and_nothing_else(name: str) -> None:
+    for one in effect_catalogue()[name].parameters():
+        label = parameter_label(one.name, one.unit)
+        assert label
+        assert one.name.replace("_", " ").startswith(label)
+
+
+@pytest.mark.parametrize(
+    ("gain", "words"),
+    [
+        (GAIN, "Held-out error falls by 11.8 dB; calibration alone gives 0.6 dB."),
+        (Gain(-2.0, -2.5, -3.0, -4.0, (1,)), "Held-out error rises by 2.0 dB; calibration alone gives -2.5 dB."),
+        (Gain(0.5, 0.6, -3.0, -4.0, (1,)), "no gain is claimed, as calibration alone does as well"),
+        (replace(GAIN, wrong_effect_db=12.0), "no gain is claimed, as the best wrong effect does as well"),
+        (
+            replace(GAIN, wrong_effect_db=12.0, smooth_function_db=13.0),
+            "no gain is claimed, as the best wrong effect and a smooth function of speed do as well",
+        ),
+        (replace(GAIN, held_out=()), "in the fitted conditions (none was held out) falls"),
+        (replace(GAIN, calibration_only_db=-0.01), "calibration alone gives 0.0 dB"),
+        (Gain(math.nan, 1.0, 1.0, 1.0, ()), "No gain was computed."),
+    ],
+)
+def test_gain_is_claimed_only_against_placebos(gain: Gain, words: str) -> None:
+    assert words in gain_words(gain)
+    assert ("no gain is claimed" in gain_words(gain)) == ("no gain is claimed" in words)
+
+
+# ---- the whole ----
+
+
+def test_verdict_of_one_cause_says_gap_cause_what_is_open_and_gain() -> None:
+    assert verdict_words(made("one cause")) == (
+        "In all 3 fitted conditions the model lacks 1X. Cause: unbalance at disc, moment 0.00011 kg.m (8.8e-05 to "
+        "0.000132), probability 0.97. Not distinguishable here: unbalance or shaft bow + unbalance. To tell: A "
+        "recording at 1200 rpm would separate them. Held-out error falls by 11.8 dB; calibration alone gives 0.6 dB."
+    )
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        ("none", "The model explains the data, probability 0.96"),
+        ("several causes", "Causes: unbalance at disc"),
+        ("unknown", "no effect of the catalogue explains, probability 0.93"),
+        ("cannot tell", "cannot tell why: nothing is wrong 0.40, unbalance 0.35, shaft bow 0.25"),
+    ],
+)
+def test_every_kind_has_its_own_headline(kind: str, words: str) -> None:
+    assert words in headline(made(kind))
+    assert headline(made(kind)) in verdict_words(made(kind))
+
+
+def test_the_engine_s_own_sentence_counts() -> None:
+    assert sentence_of(replace(made("none"), sentence="As it is.")) == "As it is."
+
+
+def test_effects_left_out_for_one_reason_are_named_together() -> None:
+    assert not_compared_words({"rub": "no b.", "oil_whirl": "no b", "crack": "c"}) == [
+        "rub, oil whirl: no b.",
+        "crack: c.",
+    ]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_terminal_fits_80_columns_and_holds_every_value(kind: str) -> None:
+    result, screen = made(kind), io.StringIO()
+    show(result, Console(file=screen, width=80, highlight=False), notes=("Channel [b]x[/b] is not compared.",))
+    text = screen.getvalue()
+    assert max(map(len, text.splitlines())) <= 80
+    flat = " ".join(text.split())
+    assert sentence_of(result) in flat
+    assert "[b]x[/b]" in text
+    for cause in result.causes:
+        assert cause.effect in text
+        for name, one in cause.parameters.items():
+            assert f"{parameter_label(name, one.unit)} {estimate_words(one)}" in flat
+        assert cause.check in flat.replace("check ", "")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_json_has_the_stated_keys(kind: str) -> None:
+    result = made(kind)
+    formed = json.loads(json.dumps(as_json(result), allow_nan=False))
+    assert set(formed["verdict"]) == {"kind", "sentence", "causes", "indistinguishable", "next_measurement"}
+    assert formed["verdict"]["kind"] == kind
+    assert {"held_out_db", "calibration_only_db"} <= set(formed["gain"])
+    assert [one["effect"] for one in formed["verdict"]["causes"]] == [one.effect for one in result.causes]
+    for one, cause in zip(formed["verdict"]["causes"], result.causes, strict=True):
+        assert one["probability"] == cause.probability
+        for name, value in cause.parameters.items():
+            assert one["parameters"][name] == {
+                "value": value.value,
+                "low": value.low,
+                "high": value.high,
+                "unit": value.unit,
+            }
+    assert len(formed["residuals"]) == len(result.residuals)
+    assert formed["calibration"]["coupling_stiffness_n_m"]["fitted"] == 81010.2
+
+
+@given(held_out=ANY, sigma=ANY, value=ANY, probability=ANY)
+@settings(max_examples=60, deadline=None)
+def test_numbers_of_any_kind_make_words_and_json(
+    held_out: float, sigma: float, value: float, probability: float
+) -> None:
+    result = made("one cause")
+    cause = result.causes[0]
+    wild = replace(cause, probability=probability, parameters={"angle_rad": Estimate(value, -value, value, "rad")})
+    result = replace(
+        result,
+        causes=(wild,),
+        gain=replace(result.gain, held_out_db=held_out),
+        residuals=tuple(replace(one, sigma=sigma) for one in result.residuals),
+    )
+    json.dumps(as_json(result), allow_nan=False)
+    assert verdict_words(result)
+    show(result, Console(file=io.StringIO(), width=80))
