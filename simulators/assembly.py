@@ -9,6 +9,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from types import FunctionType
 from typing import Any, Protocol
 
 import numpy as np
@@ -96,6 +97,10 @@ class Component(Protocol):
         ...
 
 
+#: What cannot be changed, and functions.
+_UNCHANGING = frozenset({float, int, str, bool, complex, bytes, type(None), frozenset, FunctionType})
+
+
 @dataclass
 class Assembly:
     """A machine being put together. See the module's docstring.
@@ -137,7 +142,7 @@ class Assembly:
                 for item in fields(self)
                 if item.name not in ("speed_rad_s", "components")
             },
-            components={name: copy.deepcopy(part) for name, part in self.components.items()},
+            components=_independent(self.components),
         )
 
     # -- coordinates and matrices ------------------------------------------------------------------------------
@@ -159,19 +164,23 @@ class Assembly:
     def add_matrix(self, kind: str, names: list[str], matrix: np.ndarray) -> None:
         """Add ``matrix`` (len(names) square) to "mass", "damping", "stiffness" or "gyroscopic"."""
         entries = getattr(self, kind)
-        for i, j in np.argwhere(matrix):
-            key = (names[i], names[j])
-            entries[key] = entries.get(key, 0.0) + float(matrix[i, j])
+        # As lists: numpy takes longer over matrices of two or three rows.
+        for first, row in zip(names, np.asarray(matrix, dtype=float).tolist(), strict=False):
+            for second, value in zip(names, row, strict=False):
+                if value:
+                    entries[first, second] = entries.get((first, second), 0.0) + value
 
     def add_spring(self, along: Direction, *, stiffness: float = 0.0, damping: float = 0.0) -> None:
         """Add a linear spring and damper whose elongation is the combination ``along``.
 
         {"a": 1, "b": -1} connects a to b; {"a": 1} connects a to the ground. N/m and N.s/m, or N.m/rad and N.m.s/rad.
         """
-        names = list(along)
-        vector = np.array([along[name] for name in names])
-        self.add_matrix("stiffness", names, stiffness * np.outer(vector, vector))
-        self.add_matrix("damping", names, damping * np.outer(vector, vector))
+        for strength, entries in ((stiffness, self.stiffness), (damping, self.damping)):
+            for first, a in along.items():
+                for second, b in along.items():
+                    value = float(strength * (a * b))
+                    if value:
+                        entries[first, second] = entries.get((first, second), 0.0) + value
 
     # -- finding parts -----------------------------------------------------------------------------------------
 
@@ -194,6 +203,29 @@ class Assembly:
     def component(self, role: str, name: str = "") -> Any:
         """Return the component of this name, or the first one with this role when the name is empty."""
         return _find("component", self.components, role, name)
+
+
+def _independent(part: Any) -> Any:
+    """Return a copy that can be changed without changing ``part``, which may be shared as far as it is frozen.
+
+    As `copy.deepcopy`, which takes several times as long: it keeps a record of all objects to find those that hold
+    themselves. None of ours does.
+    """
+    kind = type(part)
+    dataclass_options = getattr(kind, "__dataclass_params__", None)
+    if kind in _UNCHANGING or (dataclass_options is not None and dataclass_options.frozen):
+        return part
+    if kind is dict:
+        return {key: _independent(value) for key, value in part.items()}
+    if kind in (list, tuple):
+        return kind([_independent(value) for value in part])
+    if kind is np.ndarray:
+        return part.copy()
+    if kind.__module__.startswith(f"{__package__}.") and hasattr(part, "__dict__"):
+        made = object.__new__(kind)
+        made.__dict__.update({key: _independent(value) for key, value in part.__dict__.items()})
+        return made
+    return copy.deepcopy(part)
 
 
 def _find(kind: str, parts: Mapping[str, Any], role: str, name: str) -> Any:

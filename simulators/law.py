@@ -25,7 +25,7 @@ Direction = Mapping[str, float]
 
 
 #: So many evenly spaced instants share their cosines and sines with the first of them.
-_RUN = 64
+RUN = 64
 
 
 @dataclass
@@ -37,15 +37,16 @@ class Timeline:
     time_s : ndarray, shape (instants, lanes)
     phase_rad, speed_rad_s, acceleration_rad_s2 : ndarray, shape (instants, lanes)
         Angle, speed and angular acceleration of the reference shaft.
-    is_even : bool
-        The angle advances by the same amount from each instant to the next: cosines and sines then cost little.
+    advance_rad : ndarray, optional
+        Shape (lanes,): by how much the angle advances from each instant to the next where that is always the same,
+        else not a number. Cosines and sines then cost little.
     """
 
     time_s: np.ndarray
     phase_rad: np.ndarray
     speed_rad_s: np.ndarray
     acceleration_rad_s2: np.ndarray
-    is_even: bool = False
+    advance_rad: np.ndarray | None = None
     _cached: dict[float, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
     _whole: tuple[Timeline, Any] | None = None
 
@@ -80,18 +81,26 @@ class Timeline:
             if self._whole is not None:
                 cos, sin = self._whole[0].cos_sin(key)
                 self._cached[key] = cos[self._whole[1]], sin[self._whole[1]]
-            elif self.is_even and len(self.phase_rad) > 2 * _RUN:
-                self._cached[key] = _even_cos_sin(key, self.phase_rad)
             else:
-                angle = key * self.phase_rad
-                self._cached[key] = np.cos(angle), np.sin(angle)
+                self._cached[key] = _cos_sin(key, self.phase_rad, self.advance_rad)
         return self._cached[key]
 
 
-def _even_cos_sin(order: float, phase_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return cos and sin of evenly spaced angles: those of every `_RUN`-th, turned on by the angles in between."""
+def _cos_sin(order: float, phase_rad: np.ndarray, advance_rad: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+    even = np.zeros(phase_rad.shape[1], dtype=bool) if advance_rad is None else np.isfinite(advance_rad)
+    if advance_rad is not None and even.all():
+        return _even_cos_sin(order, phase_rad, advance_rad)
+    cos, sin = np.cos(order * phase_rad), np.sin(order * phase_rad)
+    if advance_rad is not None and even.any():
+        # The same way as without the other lanes, so that these do not change its bits.
+        cos[:, even], sin[:, even] = _even_cos_sin(order, phase_rad[:, even], advance_rad[even])
+    return cos, sin
+
+
+def _even_cos_sin(order: float, phase_rad: np.ndarray, advance_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return cos and sin of evenly spaced angles: those of every `RUN`-th, turned on by the angles in between."""
     count, lanes = phase_rad.shape
-    coarse, fine = order * phase_rad[::_RUN, None], order * (phase_rad[:_RUN] - phase_rad[0])[None]
+    coarse, fine = order * phase_rad[::RUN, None], order * (np.arange(min(count, RUN))[:, None] * advance_rad)[None]
     cos_a, sin_a, cos_b, sin_b = np.cos(coarse), np.sin(coarse), np.cos(fine), np.sin(fine)
     cos, sin = cos_a * cos_b, sin_a * cos_b
     cos -= sin_a * sin_b
@@ -123,6 +132,9 @@ class Law:
     stiffest : callable, optional
         For a contact: ``stiffest(parameters (parameters,)) -> float``, the largest local stiffness in N/m that the
         linear core does not hold. The solver shortens its step accordingly and says so.
+    counts : tuple of int
+        Parameters that are numbers of things and say what the others mean. Runs in which they differ do not go side by
+        side.
     """
 
     name: str
@@ -130,6 +142,7 @@ class Law:
     force: Any = None
     jumps: Callable[[np.ndarray, float, float], np.ndarray] | None = None
     stiffest: Callable[[np.ndarray], float] | None = None
+    counts: tuple[int, ...] = ()
 
     @property
     def is_linear(self) -> bool:

@@ -40,10 +40,15 @@ from ..law import Direction, InterfaceForce, Law, Timeline, compiled_force
 from .hertz import raceway_radii_m
 from .rolling_bearing import BearingGeometry
 
-# Parameters of the laws: these, then cosine and sine of each ball, the pits, the spots, the even places of shifted
-# balls, the sines of the wander.
-_STIFFNESS, _CLEARANCE, _CORE, _ROUNDING, _CAGE, _BALLS, _PITS, _SPOTS, _SHIFTS, _SINES, _FIRST = range(11)
-_PIT, _SPOT, _SHIFT, _SINE = 4, 6, 3, 3
+# Parameters of the laws: these, then cosine and sine of each ball, the pits that a ball in its place may meet, the pits
+# that a shifted ball may meet, the spots, the shifted balls, the sines of the wander.
+_STIFFNESS, _CLEARANCE, _CORE, _ROUNDING, _CAGE, _FIRST_BALL, _BALLS, _PITS, _MET, _SPOTS, _SHIFTS, _SINES, _FIRST = (
+    range(13)
+)
+_PIT, _SPOT, _SHIFT, _SINE = 6, 6, 3, 3
+#: Signals of the laws: cosine and sine of the cage, then for each pit and spot ball, relief and deepest relief.
+_CAGE_SIGNALS, _RELIEF = 2, 3
+_COUNTS = (_BALLS, _PITS, _MET, _SPOTS, _SHIFTS, _SINES)
 #: A linear bearing's balls lose contact within this approach, as if preloaded by a light fit; a sharp corner would cost
 #: the solver its order.
 ROUNDING_M = 5e-8
@@ -52,117 +57,129 @@ _WANDER_SINES, _WANDER_ORDERS = 3, (1 / 40, 1 / 2)
 
 
 def _damage_signals(timeline: Timeline, parameters: np.ndarray) -> np.ndarray:
-    """Return cosine and sine of the cage and of each pit, then the relief at each spot, negative at the inner race."""
-    pits, spots, sines = (int(parameters[row, 0]) for row in (_PITS, _SPOTS, _SINES))
-    at, lanes = _FIRST + 2 * int(parameters[_BALLS, 0]), parameters.shape[1]
-    pit_rows = parameters[at : at + _PIT * pits].reshape(pits, _PIT, lanes)
-    at += _PIT * pits
-    spot_rows = parameters[at : at + _SPOT * spots].reshape(spots, _SPOT, lanes)
-    at += _SPOT * spots + _SHIFT * int(parameters[_SHIFTS, 0])
+    """Return cosine and sine of the cage, then for each pit and spot (ball, relief, deepest relief), 0 while none.
+
+    Which ball is in a pit does not depend on the motion: to find it here spares the compiled laws the search.
+    """
+    balls, pits, met, spots, shifts = (int(parameters[row, 0]) for row in (_BALLS, _PITS, _MET, _SPOTS, _SHIFTS))
+    blocks, at = [], _FIRST + 2 * balls
+    for count, width in ((pits, _PIT), (met, _PIT), (spots, _SPOT), (shifts, _SHIFT)):
+        blocks.append(parameters[at : at + width * count].reshape(count, width, parameters.shape[1]))
+        at += width * count
     cage = parameters[_CAGE] * timeline.phase_rad
-    for order, amplitude, phase in parameters[at : at + _SINE * sines].reshape(sines, _SINE, lanes):
+    for order, amplitude, phase in parameters[at:].reshape(-1, _SINE, parameters.shape[1]):
         cage = cage + amplitude * np.sin(order * timeline.phase_rad + phase)
-    signals = [np.cos(cage), np.sin(cage)]
-    for order, angle, _, _ in pit_rows:
-        cos, sin = timeline.cos_sin(order)
-        signals += [cos * np.cos(angle) - sin * np.sin(angle), sin * np.cos(angle) + cos * np.sin(angle)]
-    for _, spin, angle, sharpness, outer, inner in spot_rows:
-        turned = spin * cage + angle
-        share = np.maximum(1.0 - np.sin(turned) ** 2 * sharpness, 0.0) ** 2
-        signals.append(share * np.where(np.cos(turned) > 0, outer, -inner))
-    return np.stack([np.broadcast_to(signal, timeline.phase_rad.shape) for signal in signals])
+    signals = np.zeros((_CAGE_SIGNALS + _RELIEF * (pits + met + spots), *timeline.phase_rad.shape))
+    signals[0], signals[1] = np.cos(cage), np.sin(cage)
+    rows = iter(signals[_CAGE_SIGNALS:].reshape(-1, _RELIEF, timeline.phase_rad.size))
+    for order, angle, sharpness, deep, _, neighbour in blocks[0]:
+        away = order * timeline.phase_rad + (angle - parameters[_FIRST_BALL]) - cage
+        where, lane, number, share = _passes(away, 2 * math.pi / balls, sharpness, neighbour)
+        ball = np.mod(number, balls)
+        in_place = np.all(ball != blocks[3][:, 0, lane], axis=0)
+        _write(next(rows), where, ball, share * deep[lane] * in_place, deep[lane])
+    for order, angle, sharpness, deep, ball, place in blocks[1]:
+        away = order * timeline.phase_rad + (angle - place) - cage
+        where, lane, _, share = _passes(away, 2 * math.pi, sharpness)
+        _write(next(rows), where, ball[lane], share * deep[lane], deep[lane])
+    for ball, spin, angle, sharpness, outer, inner in blocks[2]:
+        where, lane, number, share = _passes(spin * cage + angle, math.pi, sharpness)
+        deep = np.where(np.mod(number, 2) == 0, outer[lane], inner[lane])
+        _write(next(rows), where, ball[lane], share * deep, deep)
+    return signals
+
+
+def _passes(
+    angle: np.ndarray, spacing: float, sharpness: np.ndarray, further: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return where (as in a flat array) and in which lane ``angle`` is close to a multiple of ``spacing``.
+
+    Also the number of the multiple, the nearest one or so many ``further``, and (1 - q^2)^2.
+    """
+    multiple = angle / spacing
+    number = np.rint(multiple)
+    if further is not None and further.any():
+        number += further
+    away = multiple - number
+    away *= spacing
+    half = np.arcsin(np.minimum(sharpness**-0.5, 1.0))
+    where = np.flatnonzero(np.abs(away) < half)
+    lane = where % angle.shape[1]
+    inside = 1.0 - np.sin(away.ravel()[where]) ** 2 * sharpness[lane]
+    return where, lane, number.ravel()[where], np.maximum(inside, 0.0) ** 2
+
+
+def _write(row: np.ndarray, where: np.ndarray, *values: np.ndarray) -> None:
+    for own, value in zip(row, values, strict=True):
+        own[where] = value
 
 
 @compiled_force
 def _hertz_force(signals, parameters, x, inputs, outputs, u):  # type: ignore[no-untyped-def]
-    across, upward = inputs[0], inputs[1]
-    on_x, on_y = outputs[0], outputs[1]
     for lane in range(u.shape[1]):
-        right, up = x[across, lane], x[upward, lane]
-        balls, pits, spots = int(parameters[_BALLS, lane]), int(parameters[_PITS, lane]), int(parameters[_SPOTS, lane])
-        pit_start = _FIRST + 2 * balls
-        spot_start = pit_start + _PIT * pits
+        right, up = x[inputs[0], lane], x[inputs[1], lane]
+        cage_cos, cage_sin = signals[0, lane], signals[1, lane]
         sum_x, sum_y = parameters[_CORE, lane] * right, parameters[_CORE, lane] * up
-        for ball in range(balls):
-            own = _FIRST + 2 * ball
-            a, b = parameters[own, lane], parameters[own + 1, lane]
-            cos = signals[0, lane] * a - signals[1, lane] * b
-            sin = signals[1, lane] * a + signals[0, lane] * b
+        for ball in range(int(parameters[_BALLS, lane])):
+            a, b = parameters[_FIRST + 2 * ball, lane], parameters[_FIRST + 2 * ball + 1, lane]
+            cos, sin = cage_cos * a - cage_sin * b, cage_sin * a + cage_cos * b
             approach = right * cos + up * sin - parameters[_CLEARANCE, lane]
             if approach <= 0.0:
                 continue
-            for pit in range(pits):
-                along = cos * signals[2 + 2 * pit, lane] + sin * signals[3 + 2 * pit, lane]
-                inside = 1.0 - (1.0 - along * along) * parameters[pit_start + _PIT * pit + 2, lane]
-                if along > 0.0 and inside > 0.0:
-                    approach -= parameters[pit_start + _PIT * pit + 3, lane] * inside * inside
-            for spot in range(spots):
-                if int(parameters[spot_start + _SPOT * spot, lane]) == ball:
-                    approach -= abs(signals[2 + 2 * pits + spot, lane])
+            for row in range(_CAGE_SIGNALS, signals.shape[0], _RELIEF):
+                if signals[row, lane] == ball:
+                    approach -= signals[row + 1, lane]
             if approach > 0.0:
                 load = parameters[_STIFFNESS, lane] * approach * math.sqrt(approach)
                 sum_x -= load * cos
                 sum_y -= load * sin
-        u[on_x, lane] += sum_x
-        u[on_y, lane] += sum_y
+        u[outputs[0], lane] += sum_x
+        u[outputs[1], lane] += sum_y
 
 
 @compiled_force
 def _relief_force(signals, parameters, x, inputs, outputs, u):  # type: ignore[no-untyped-def]
     # Only balls in a pit, with a spot or out of place are looked at: the spring holds the others' share already.
-    across, upward = inputs[0], inputs[1]
-    on_x, on_y = outputs[0], outputs[1]
     for lane in range(u.shape[1]):
-        right, up = x[across, lane], x[upward, lane]
-        balls, pits, spots = int(parameters[_BALLS, lane]), int(parameters[_PITS, lane]), int(parameters[_SPOTS, lane])
-        pit_start = _FIRST + 2 * balls
-        spot_start = pit_start + _PIT * pits
-        shift_start = spot_start + _SPOT * spots
+        right, up = x[inputs[0], lane], x[inputs[1], lane]
         half, square = 0.5 * parameters[_STIFFNESS, lane], parameters[_ROUNDING, lane] ** 2
-        for ball in range(balls):
-            own = _FIRST + 2 * ball
+        for row in range(_CAGE_SIGNALS, signals.shape[0], _RELIEF):
+            if signals[row + 1, lane] <= 0.0:
+                continue
+            own = _FIRST + 2 * int(signals[row, lane])
             a, b = parameters[own, lane], parameters[own + 1, lane]
             cos = signals[0, lane] * a - signals[1, lane] * b
             sin = signals[1, lane] * a + signals[0, lane] * b
-            free = max(right * cos + up * sin, 0.0)
-            share = 0.0
-            for pit in range(pits):
-                along = cos * signals[2 + 2 * pit, lane] + sin * signals[3 + 2 * pit, lane]
-                inside = 1.0 - (1.0 - along * along) * parameters[pit_start + _PIT * pit + 2, lane]
-                if along > 0.0 and inside > 0.0:
-                    deep = parameters[pit_start + _PIT * pit + 3, lane]
-                    share += inside * inside * deep / (deep + free)
-            for spot in range(spots):
-                at = spot_start + _SPOT * spot
-                if int(parameters[at, lane]) == ball:
-                    relief = signals[2 + 2 * pits + spot, lane]
-                    deep = parameters[at + 4, lane] if relief > 0.0 else parameters[at + 5, lane]
-                    share += abs(relief) / (deep + free)
-            shifted = False
-            for shift in range(int(parameters[_SHIFTS, lane])):
-                shifted = shifted or int(parameters[shift_start + _SHIFT * shift, lane]) == ball
-            if share <= 0.0 and not shifted:
-                continue
             approach = right * cos + up * sin
-            load = half * (approach + math.sqrt(approach * approach + square)) * (1.0 - min(share, 1.0))
-            u[on_x, lane] -= load * cos
-            u[on_y, lane] -= load * sin
-            if shifted:
-                # Its even place comes after the index of the ball; the last of several shifts holds the same one.
-                for shift in range(int(parameters[_SHIFTS, lane])):
-                    at = shift_start + _SHIFT * shift
-                    if int(parameters[at, lane]) == ball:
-                        a, b = parameters[at + 1, lane], parameters[at + 2, lane]
+            # What several pits and spots take off one ball is at most its load: the first of them does it for all.
+            share, done = 0.0, False
+            for other in range(_CAGE_SIGNALS, signals.shape[0], _RELIEF):
+                if signals[other, lane] == signals[row, lane] and signals[other + 1, lane] > 0.0:
+                    done = done or other < row
+                    share += signals[other + 1, lane] / (signals[other + 2, lane] + max(approach, 0.0))
+            if not done:
+                lost = half * (approach + math.sqrt(approach * approach + square)) * min(share, 1.0)
+                u[outputs[0], lane] += lost * cos
+                u[outputs[1], lane] += lost * sin
+        shifts = _FIRST + 2 * int(parameters[_BALLS, lane])
+        shifts += _PIT * int(parameters[_PITS, lane] + parameters[_MET, lane]) + _SPOT * int(parameters[_SPOTS, lane])
+        for at in range(shifts, shifts + _SHIFT * int(parameters[_SHIFTS, lane]), _SHIFT):
+            for place in range(2):
+                # The load where the ball is goes, the one where the spring has it comes back.
+                own = at + 1 if place else _FIRST + 2 * int(parameters[at, lane])
+                a, b = parameters[own, lane], parameters[own + 1, lane]
                 cos = signals[0, lane] * a - signals[1, lane] * b
                 sin = signals[1, lane] * a + signals[0, lane] * b
-            approach = right * cos + up * sin
-            load = half * (approach + math.sqrt(approach * approach + square))
-            u[on_x, lane] += load * cos
-            u[on_y, lane] += load * sin
+                approach = right * cos + up * sin
+                load = half * (approach + math.sqrt(approach * approach + square)) * (1.0 if place else -1.0)
+                u[outputs[0], lane] += load * cos
+                u[outputs[1], lane] += load * sin
 
 
-DAMAGED_BALLS = Law("Hertz contacts of a damaged ball bearing", _damage_signals, _hertz_force)
-RELIEVED_BALLS = Law("load that damage takes off the balls of a linear bearing", _damage_signals, _relief_force)
+DAMAGED_BALLS = Law("Hertz contacts of a damaged ball bearing", _damage_signals, _hertz_force, counts=_COUNTS)
+RELIEVED_BALLS = Law(
+    "load that damage takes off the balls of a linear bearing", _damage_signals, _relief_force, counts=_COUNTS
+)
 
 
 @dataclass
@@ -260,12 +277,15 @@ class BearingDamage:
             angles[ball % geometry.balls] -= 2 * distance / geometry.pitch_diameter_m
         pairs = np.stack([np.cos(angles), np.sin(angles)], axis=1).ravel().tolist()
         spin = geometry.defect_orders().ball_spin / geometry.defect_orders().cage
-        pits = [value for pit in sorted(self._pits) for value in _pit_row(geometry, shaft_ratio, *pit)]
+        rows = [_pit_row(geometry, shaft_ratio, *pit) for pit in sorted(self._pits)]
+        pits = [(*row, -1.0, further) for row in rows for further in _neighbours(row[2], geometry.balls)]
+        met = [(*row, float(ball), angles[ball]) for row in rows for ball in balls]
         spots = [value for spot in sorted(self._spots) for value in _spot_row(geometry, spin, *spot)]
         sines = [value for own in sorted(self._wanders) for value in _wander_rows(cage, *own)]
-        head = [contact_stiffness, clearance_m, core_stiffness_n_m, ROUNDING_M, cage, float(geometry.balls)]
-        counts = [len(self._pits), len(self._spots), len(balls), len(sines) // _SINE]
-        parameters = (*head, *map(float, counts), *pairs, *pits, *spots, *even, *sines)
+        head = [contact_stiffness, clearance_m, core_stiffness_n_m, ROUNDING_M, cage, first_ball_rad]
+        counts = [geometry.balls, len(pits), len(met), len(self._spots), len(balls), len(sines) // _SINE]
+        places = [value for row in (*pits, *met) for value in row]
+        parameters = (*head, *map(float, counts), *pairs, *places, *spots, *even, *sines)
         return InterfaceForce(name, DAMAGED_BALLS if hertz else RELIEVED_BALLS, parameters, along, along)
 
 
@@ -289,6 +309,13 @@ def pit_half_angle_rad(geometry: BearingGeometry, *, size_m: float, inner: bool)
 
 def _sharpness(half_angle_rad: float) -> float:
     return 1 / math.sin(min(half_angle_rad, math.pi / 2)) ** 2
+
+
+def _neighbours(sharpness: float, balls: int) -> list[float]:
+    """Return which balls a pit can hold, counted from the one nearest to its middle: itself unless the pit is wide."""
+    reach = math.asin(min(sharpness**-0.5, 1.0)) * balls / (2 * math.pi)
+    most = min(math.floor(reach + 0.5), (balls - 1) // 2)
+    return [float(number) for number in range(-most, most + 1)]
 
 
 def _pit_row(

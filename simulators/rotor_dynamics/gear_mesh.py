@@ -131,7 +131,7 @@ def _mesh_force(signals, parameters, x, inputs, outputs, u):  # type: ignore[no-
         u[acts, lane] -= force - linear
 
 
-GEAR_MESH = Law("gear mesh", _mesh_signals, _mesh_force, _mesh_jumps)
+GEAR_MESH = Law("gear mesh", _mesh_signals, _mesh_force, _mesh_jumps, counts=(_POWERS, _TEETH, _PAIR_POWERS))
 
 
 @dataclass

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from .layout import ROWS, SINGLE_LANE_ROWS
+
 #: Output frequencies up to this share of the output rate are passed; 0.6 and above is stopped, so that nothing folds
 #: back below 0.4.
 PASSED = 0.4
@@ -26,34 +28,51 @@ def filter_half_length(factor: int) -> int:
 class Decimator:
     """Linear-phase low-pass and decimation by ``factor`` of blocks (samples, channels).
 
-    Output sample k is centred on input sample k x factor + half length.
+    Output sample k is centred on input sample k x factor + half length. Each is summed in the same order, so that
+    neither other channels nor the length of the blocks change its bits.
     """
 
     def __init__(self, factor: int) -> None:
-        from scipy.signal.windows import kaiser
-
         self.factor = factor
         self.half = filter_half_length(factor)
-        beta = 0.1102 * (STOP_ATTENUATION_DB - 8.7)
         ideal = np.sinc(np.arange(-self.half, self.half + 1) / factor)
-        taps = ideal * kaiser(2 * self.half + 1, beta)
+        taps = ideal * np.kaiser(2 * self.half + 1, 0.1102 * (STOP_ATTENUATION_DB - 8.7))
         self.taps = taps / taps.sum()
         self._kept: np.ndarray | None = None
+        self._room = np.zeros(0)
 
     def __call__(self, block: np.ndarray) -> np.ndarray:
         """Return the output samples that this further block completes, shape (samples, channels)."""
-        from scipy.signal import upfirdn
-
-        held = block if self._kept is None else np.concatenate([self._kept, block])
-        width = self.taps.size
-        count = max(0, (held.shape[0] - width) // self.factor + 1)
-        self._kept = held[count * self.factor :].copy()
+        held = block.shape[0] + (0 if self._kept is None else self._kept.shape[0])
+        channels, width = block.shape[1], self.taps.size
+        count = max(0, (held - width) // self.factor + 1)
+        # Samples together make one product with a matrix that has the taps in each row, moved on by the factor.
+        rows = SINGLE_LANE_ROWS if channels == 1 else ROWS
+        tiles = -(-count // rows)
+        columns = width + (rows - 1) * self.factor
+        size = rows * columns, (held + rows * self.factor) * channels, tiles * rows * channels
+        if self._room.size < sum(size):
+            self._room = np.zeros(sum(size))
+        matrix, samples, results = np.split(self._room[: sum(size)], np.cumsum(size)[:2])
+        matrix[:], results[:] = self._matrix(rows, channels), 0.0
+        samples = samples.reshape(-1, channels)
+        new = held - block.shape[0]
+        samples[:new], samples[new:held], samples[held:] = self._kept if new else 0.0, block, 0.0
+        self._kept = samples[count * self.factor : held].copy()
         if count == 0:
-            return np.zeros((0, held.shape[1]))
-        used = held[: (count - 1) * self.factor + width]
-        # upfirdn's output starts width - 1 samples before the first full overlap; shift so that one falls on it.
-        lead = (-(width - 1)) % self.factor
-        padded = np.concatenate([np.zeros((lead, used.shape[1])), used]) if lead else used
-        filtered = upfirdn(self.taps, padded, up=1, down=self.factor, axis=0)
-        first = (width - 1 + lead) // self.factor
-        return filtered[first : first + count]
+            return np.zeros((0, channels))
+        from .product import add_products
+
+        tile = np.arange(tiles)
+        program = np.zeros((tiles, 5), dtype=np.int64)
+        program[:, 0] = size[0] + tile * rows * self.factor * channels
+        program[:, 1], program[:, 3] = columns, rows
+        program[:, 2] = size[0] + size[1] + tile * rows * channels
+        add_products(self._room, program, 0, tiles, channels)
+        return results.reshape(-1, channels)[:count].copy()
+
+    def _matrix(self, rows: int, channels: int) -> np.ndarray:
+        matrix = np.zeros((rows, self.taps.size + (rows - 1) * self.factor))
+        for row in range(rows):
+            matrix[row, row * self.factor : row * self.factor + self.taps.size] = self.taps
+        return (matrix.T if channels == 1 else matrix).ravel()

@@ -14,8 +14,7 @@ from __future__ import annotations
 import numba
 
 from .kernel_types import CUBE, DEEP, INDEX, INNER, JUMP, MATH, MATRIX, OPTIONS, PLAN, SIGNALS, TABLE, VECTOR
-from .law_call import call_force, call_jump
-from .product import add_product
+from .law_call import call_force, call_jump, call_products
 
 
 @numba.njit(**INNER)
@@ -48,17 +47,26 @@ def _evaluate_forces(plan, parameters, given, instant, own, jumping, x, u):  # t
 
 
 @numba.njit(**INNER)
-def _free_motion(work, rows, diagonals):  # type: ignore[no-untyped-def]
-    """Set the states after the step to e^(hL) y, and clear stages and probes."""
+def _free_motion(work, flat, rows, diagonals):  # type: ignore[no-untyped-def]
+    """Set the states after the step to e^(hL) y, and clear stages and probes; ``flat`` is the work matrix."""
+    lanes = work.shape[1]
     first, following, stages = rows[4], rows[8], rows[6]
-    for i in range(stages, following):
-        for lane in range(work.shape[1]):
-            work[i, lane] = 0.0
-    for i in range(rows[0]):
-        before, on, after = diagonals[0, i], diagonals[1, i], diagonals[2, i]
-        for lane in range(work.shape[1]):
-            total = before * work[first + i - 1, lane] + on * work[first + i, lane]
-            work[following + i, lane] = total + after * work[first + i + 1, lane]
+    cleared = flat[stages * lanes : following * lanes]
+    for i in range(cleared.size):
+        cleared[i] = 0.0
+    if lanes == 1:
+        # The same sums: with the lanes innermost a single lane would fill no vector register.
+        # As slices, whose indices cannot be negative: the compiler then takes several rows together.
+        low, here, high, after = flat[first - 1 :], flat[first:], flat[first + 1 :], flat[following:]
+        for i in range(rows[0]):
+            total = diagonals[0, i] * low[i] + diagonals[1, i] * here[i]
+            after[i] = total + diagonals[2, i] * high[i]
+    else:
+        for i in range(rows[0]):
+            before, on, after = diagonals[0, i], diagonals[1, i], diagonals[2, i]
+            for lane in range(lanes):
+                total = before * work[first + i - 1, lane] + on * work[first + i, lane]
+                work[following + i, lane] = total + after * work[first + i + 1, lane]
 
 
 @numba.njit(**INNER)
@@ -71,9 +79,7 @@ def _products(memory, work, rows, program, parts, stage):  # type: ignore[no-unt
             for lane in range(work.shape[1]):
                 work[i + forces, lane] += work[i, lane]
     for part in range(stage + 1 if stage else 0, stage + 2):
-        for number in range(parts[part], parts[part + 1]):
-            source, columns, target, height, at = program[number]
-            add_product(memory, source, columns, target, height, at, work.shape[1])  # type: ignore[call-arg]
+        call_products(rows[10], memory, program, parts[part], parts[part + 1], work.shape[1])  # type: ignore[call-arg]
         if part == 0:
             # C e^(hL/2) y opens stages a and b, C e^(hL) y stage c and the motions of the next step.
             for i in range(stages, stages + motions):
@@ -107,6 +113,7 @@ def run_block(memory, work, rows, program, parts, diagonals, plan, parameters, s
     record : ndarray (steps, probes, lanes)
     """
     states, motions, forces, probes = rows[0], rows[1], rows[2], rows[3]
+    lanes, flat = work.shape[1], memory[memory.size - work.size :]
     event = 0
     for step in range(record.shape[0]):
         for stage in range(4):
@@ -120,7 +127,7 @@ def run_block(memory, work, rows, program, parts, diagonals, plan, parameters, s
             x, u = work[at_x : at_x + motions], work[at_u : at_u + forces]
             _evaluate_forces(plan, parameters, signals[0], instant, own, jumping, x, u)
             if stage == 0:
-                _free_motion(work, rows, diagonals)
+                _free_motion(work, flat, rows, diagonals)
             _products(memory, work, rows, program, parts, stage)
         for i in range(probes):
             for lane in range(work.shape[1]):
@@ -128,6 +135,6 @@ def run_block(memory, work, rows, program, parts, diagonals, plan, parameters, s
         while event < events.shape[0] and events[event, 0] == step:
             call_jump(jump[0][0], jump, work, plan, parameters, events[event], branches[event])  # type: ignore[call-arg]
             event += 1
-        for i in range(states + motions):
-            for lane in range(work.shape[1]):
-                work[rows[4] + i, lane] = work[rows[8] + i, lane]
+        before, after = flat[rows[4] * lanes :], flat[rows[8] * lanes :]
+        for i in range((states + motions) * lanes):
+            before[i] = after[i]

@@ -20,3 +20,5 @@ PLAN = numba.types.Tuple((TABLE, INDEX, INDEX, INDEX))
 JUMP = numba.types.Tuple((INDEX, VECTOR, DEEP, MATRIX))
 #: `plan.BlockSignals`: given, halves, jumped.
 SIGNALS = numba.types.Tuple((CUBE, CUBE, DEEP))
+#: `product.add_products`: memory, program, its rows from and to, lanes.
+PRODUCTS = numba.types.void(VECTOR, TABLE, numba.int64, numba.int64, numba.int64)

@@ -13,6 +13,7 @@ from numba.core import types
 from numba.extending import intrinsic
 
 from ..law import force_signature
+from .kernel_types import PRODUCTS
 
 
 def address_of(dispatcher: Any) -> int:
@@ -43,6 +44,17 @@ def call_force(typing, address, signals, parameters, x, inputs, outputs, u):  # 
 def call_jump(typing, address, jump, work, plan, parameters, event, branches):  # type: ignore[no-untyped-def]
     """Call `kernel_jump.apply_jump` at ``address``."""
     own = (jump, work, plan, parameters, event, branches)
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        return _call(context, builder, arguments[0], own, arguments[1:])
+
+    return types.void(types.int64, *own), generate
+
+
+@intrinsic
+def call_products(typing, address, memory, program, start, stop, lanes):  # type: ignore[no-untyped-def]
+    """Call `product.add_products` at ``address``."""
+    own = PRODUCTS.args
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
         return _call(context, builder, arguments[0], own, arguments[1:])

@@ -31,7 +31,7 @@ class Layout:
     work : ndarray (rows, lanes)
         View of it.
     rows : ndarray of int
-        n, p, m, r, then the first row of y, x, b, the probes, y after the step, u1.
+        n, p, m, r, then the first row of y, x, b, the probes, y after the step, u1; address of `product.add_products`.
     program : ndarray of int (products, 5)
         Of each product: places of source, its columns, place of the target, its rows, place of the matrix.
     parts : ndarray of int (6,)
@@ -61,13 +61,16 @@ class Layout:
 def step_layout(form: BlockForm, system: System, tables: StepTables, lanes: int) -> Layout:
     """Return the layout of a step for so many lanes."""
     n, p, m, r = form.core.shape[0], form.motion_rows.shape[0], form.force_columns.shape[1], form.probe_rows.shape[0]
+    from .law_call import address_of
+    from .product import add_products
+
     # One row of zeros before and some behind: products are done in whole blocks.
     y = 1
     x, b = y + n, y + n + p
     seen = b + 3 * p
     following = seen + r
     u1 = following + n + p
-    rows = np.array([n, p, m, r, y, x, b, seen, following, u1], dtype=np.int64)
+    rows = np.array([n, p, m, r, y, x, b, seen, following, u1, address_of(add_products)], dtype=np.int64)
     u3, u2 = u1 + m, u1 + 2 * m
     update = [np.concatenate([weights, form.motion_rows @ weights]) for weights in tables.update]
     stages = tables.stages

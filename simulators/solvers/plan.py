@@ -72,14 +72,14 @@ class ForcePlan:
         """Return the parameters of force ``k``, shape (parameters, lanes)."""
         return self.parameters[self.rows[k, 7] : self.rows[k, 8]]
 
-    def timeline(self, time_s: np.ndarray) -> Timeline:
+    def timeline(self, time_s: np.ndarray, spacing_s: float) -> Timeline:
         """Return the timeline of all distinct speed profiles at the same evenly spaced instants (instants,)."""
         profiles = tuple(dict.fromkeys(self.profiles))
         phase = np.stack([profile.phase_rad(time_s) for profile in profiles], axis=-1)
         speed = np.stack([profile.speed_rad_s(time_s) for profile in profiles], axis=-1)
         change = np.stack([profile.acceleration_rad_s2(time_s) for profile in profiles], axis=-1)
-        is_even = all(profile.is_steady for profile in profiles)
-        return Timeline(np.repeat(time_s[:, None], len(profiles), axis=1), phase, speed, change, is_even)
+        advance = np.array([own.speeds_rad_s[0] * spacing_s if own.is_steady else math.nan for own in profiles])
+        return Timeline(np.repeat(time_s[:, None], len(profiles), axis=1), phase, speed, change, advance)
 
     def distinct_columns(self, k: int) -> np.ndarray:
         """Return which columns of `timeline` belong to the distinct lanes of force ``k``."""
@@ -233,10 +233,13 @@ class Room:
         return self._kept[name][:size].reshape(shape)
 
 
-def block_signals(plan: ForcePlan, start_s: float, step_s: float, steps: int, room: Room) -> BlockSignals:
-    """Return the signals of the block of so many steps that begins at ``start_s``; they lie in ``room``."""
-    half_times = start_s + 0.5 * step_s * np.arange(2 * steps + 1)
-    timeline = plan.timeline(half_times)
+def block_signals(
+    plan: ForcePlan, start_s: float, step_s: float, steps: int, room: Room, *, done: int = 0
+) -> BlockSignals:
+    """Return the signals of the block of so many steps that begins ``done`` steps after ``start_s``; in ``room``."""
+    # Counted from the start: an instant has the same bits whatever the length of the blocks.
+    half_times = start_s + 0.5 * step_s * np.arange(2 * done, 2 * (done + steps) + 1)
+    timeline = plan.timeline(half_times, 0.5 * step_s)
     linear, compiled, jumping = plan.signal_counts
     given = room.array("given", linear, half_times.size, plan.lanes)
     halves = room.array("halves", half_times.size, compiled, plan.lanes)

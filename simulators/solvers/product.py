@@ -1,20 +1,23 @@
 """The matrix product of a step, written in the compiler's own terms.
 
 Left to numba's loop vectoriser, each short inner loop starts with tests whether its arrays overlap, which cost more
-than the sums. Here the sums of a tile stay in registers over all columns. They run over the columns in order in every
-tile, so that the number of lanes does not change a run's bits.
+than the sums. Here the sums of a tile stay in registers over all columns. They run over the columns in the same order
+in every tile, so that the number of lanes does not change a run's bits.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
+import numba
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
+from .kernel_types import OPTIONS, PRODUCTS
+
 #: Rows of a single lane that are summed together; tables are filled up to the smallest.
-HEIGHTS = (32, 16, 8)
+HEIGHTS = (32, 24, 16, 8)
 #: Rows and lanes that are summed together.
 TILE_ROWS, TILE_LANES = 4, 8
 _DOUBLE, _WORD = ir.DoubleType(), ir.IntType(64)
@@ -39,23 +42,35 @@ class _Tile:
         return self.builder.shuffle_vector(first, ir.Constant(kind, ir.Undefined), order)
 
     def add(self, results: list[Any], weights: list[Any], step: Any, values: Any, stride: Any, width: int) -> None:
-        """Do results[i] += sum over the columns j of memory[weights[i] + j step] memory[values + j stride ...]."""
+        """Do results[i] += sum over the columns j of memory[weights[i] + j step] memory[values + j stride ...].
+
+        Even and odd columns are summed apart, as a sum must wait for the one before.
+        """
         builder = self.builder
         kind = ir.VectorType(_DOUBLE, width) if width > 1 else _DOUBLE
-        sums = []
-        for result in results:
-            kept = cgutils.alloca_once(builder, kind)
+        even = [cgutils.alloca_once(builder, kind) for _ in results]
+        odd = [cgutils.alloca_once(builder, kind) for _ in results]
+        for result, kept, other in zip(results, even, odd, strict=True):
             builder.store(builder.load(self.pointer(result, width), align=8), kept)
-            sums.append(kept)
-        with cgutils.for_range(builder, self.columns, intp=_WORD) as loop:
-            column = loop.index
+            builder.store(ir.Constant(kind, None), other)
+
+        def add_column(sums: list[Any], column: Any) -> None:
             own = builder.load(self.pointer(builder.add(values, builder.mul(column, stride)), width), align=8)
             for kept, weight in zip(sums, weights, strict=True):
                 factor = builder.load(self.pointer(builder.add(weight, builder.mul(column, step)), 1))
                 product = builder.fmul(self.broadcast(factor, width), own, flags=("contract",))
                 builder.store(builder.fadd(builder.load(kept), product, flags=("contract",)), kept)
-        for result, kept in zip(results, sums, strict=True):
-            builder.store(builder.load(kept), self.pointer(result, width), align=8)
+
+        one = ir.Constant(_WORD, 1)
+        with cgutils.for_range(builder, builder.lshr(self.columns, one), intp=_WORD) as loop:
+            first = builder.shl(loop.index, one)
+            add_column(even, first)
+            add_column(odd, builder.add(first, one))
+        with builder.if_then(builder.trunc(self.columns, ir.IntType(1))):
+            add_column(even, builder.sub(self.columns, one))
+        for result, kept, other in zip(results, even, odd, strict=True):
+            total = builder.fadd(builder.load(kept), builder.load(other))
+            builder.store(total, self.pointer(result, width), align=8)
 
 
 def _blocks(builder: Any, start: Any, stop: Any, width: int) -> Any:
@@ -92,7 +107,7 @@ def _many_lanes(tile: _Tile, source: Any, target: Any, height: Any, at: Any, lan
 
 
 @intrinsic
-def add_product(typing, memory, source, columns, target, height, at, lanes):  # type: ignore[no-untyped-def]
+def _add_product(typing, memory, source, columns, target, height, at, lanes):  # type: ignore[no-untyped-def]
     """Do target += matrix @ source; all are places in ``memory``.
 
     With several lanes the matrix (height, columns) is stored row by row and source and target (rows, lanes) as well;
@@ -111,3 +126,11 @@ def add_product(typing, memory, source, columns, target, height, at, lanes):  # 
         return context.get_dummy_value()
 
     return types.void(memory, *([types.int64] * 6)), generate
+
+
+@numba.njit(PRODUCTS, **OPTIONS)
+def add_products(memory, program, start, stop, lanes):  # type: ignore[no-untyped-def]
+    """Do the products ``start`` to ``stop`` - 1 of a program, see `layout.Layout`, for so many lanes."""
+    for number in range(start, stop):
+        source, columns, target, height, at = program[number]
+        _add_product(memory, source, columns, target, height, at, lanes)  # type: ignore[call-arg]

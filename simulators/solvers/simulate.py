@@ -13,6 +13,7 @@ import numpy as np
 from ..assembly import Probe
 from ..effect import SpeedEffect
 from ..errors import InvalidValueError, RotorwiseError
+from ..law import InterfaceForce
 from ..machine import Machine
 from ..sensor_run import check_seed, demand, record_of, run_chain, sensor_effects
 from ..speed_profile import SpeedProfile, as_profile, modulated
@@ -307,7 +308,7 @@ def _groups(prepared: list[tuple[System, SpeedProfile]]) -> list[list[int]]:
             system.force_columns.tobytes(),
             system.motion_rows.tobytes(),
             system.probe_rows.tobytes(),
-            tuple((force.law.name, id(force.law), len(force.parameters)) for force in system.forces),
+            tuple((id(force.law), len(force.parameters), _counts(force)) for force in system.forces),
             tuple(row.tobytes() for row in (*system.inputs, *system.outputs)),
         )
         groups.setdefault(key, []).append(i)
@@ -316,6 +317,10 @@ def _groups(prepared: list[tuple[System, SpeedProfile]]) -> list[list[int]]:
         for members in groups.values()
         for start in range(0, len(members), MOST_LANES)
     ]
+
+
+def _counts(force: InterfaceForce) -> tuple[float, ...]:
+    return tuple(force.parameters[row] for row in force.law.counts)
 
 
 def _step(machine: Machine, rate_hz: float, step_s: float | None) -> int:

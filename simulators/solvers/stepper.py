@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..law import RUN
 from ..machine import Machine
 from ..speed_profile import SpeedProfile
 from ..system import System
@@ -19,6 +20,8 @@ from .tables import step_tables
 
 #: Numbers in the signals of one block: small enough for the cache of the second level to help.
 BLOCK_NUMBERS = 2_000_000
+#: Without forces that read the motion a block is one matrix product, whose bits may depend on its length.
+OPEN_LOOP_BLOCK = 1024
 
 
 @dataclass(frozen=True)
@@ -65,12 +68,14 @@ class Stepper:
         self._room = Room()
         linear, compiled, jumping = self.plan.signal_counts
         numbers = (2 * (linear + compiled) + 3 * jumping) * self.plan.lanes
-        self.block = int(np.clip(BLOCK_NUMBERS // max(1, numbers), 64, 4096))
+        # A whole number of runs of `Timeline.cos_sin`: how many lanes there are then does not show in the bits.
+        self.block = RUN * int(np.clip(BLOCK_NUMBERS // max(1, numbers) // RUN, 1, 4096 // RUN))
+        if self._open_loop is not None:
+            self.block = OPEN_LOOP_BLOCK
 
     def advance(self, steps: int) -> np.ndarray:
         """Advance by ``steps`` and return the probes at the start of each step, shape (steps, probes, lanes)."""
-        start = self.start_s + self.done * self.step_s
-        signals = block_signals(self.plan, start, self.step_s, steps, self._room)
+        signals = block_signals(self.plan, self.start_s, self.step_s, steps, self._room, done=self.done)
         self.done += steps
         if self._open_loop is not None:
             return self._open_loop(signals.given, self.states)

@@ -13,7 +13,16 @@ def test_blocks_give_the_same_as_one_piece(factor):
     whole = Decimator(factor)(wave)
     by_blocks = Decimator(factor)
     parts = [by_blocks(part) for part in np.array_split(wave, [7, 100, 101, 2222])]
-    assert np.allclose(np.concatenate(parts), whole, atol=1e-14)
+    assert np.array_equal(np.concatenate(parts), whole)
+    assert np.array_equal(Decimator(factor)(wave[:, :1]), whole[:, :1])
+
+
+def test_it_is_the_sum_of_taps_times_samples():
+    wave = np.random.default_rng(2).normal(size=(500, 9))
+    decimate = Decimator(3)
+    width = decimate.taps.size
+    expected = [decimate.taps @ wave[3 * k : 3 * k + width] for k in range((500 - width) // 3 + 1)]
+    assert decimate(wave) == pytest.approx(np.array(expected), abs=1e-14)
 
 
 @pytest.mark.parametrize("factor", [2, 5])

@@ -5,7 +5,11 @@ import importlib.util
 import numpy as np
 import pytest
 from rotorwise.simulators.effects import Unbalance
+from rotorwise.simulators.effects.ball_defect import BallDefect
+from rotorwise.simulators.effects.outer_race_defect import OuterRaceDefect
+from rotorwise.simulators.effects.tooth_crack import ToothCrack
 from rotorwise.simulators.errors import InvalidValueError
+from rotorwise.simulators.machine import find_machine
 from rotorwise.simulators.solvers.oracle import oracle
 from rotorwise.simulators.solvers.simulate import SimulationError, simulate_batch
 from rotorwise.simulators.solvers.stepper import LaneGroup, Stepper
@@ -121,12 +125,34 @@ def test_run_up_agrees_with_an_implicit_solver(method):
 def test_lanes_do_not_influence_each_other():
     machines = [duffing().with_parameters(cubic=c, drive=d) for c, d in ((0.0, 1.0), (2.0, 1.0), (1.0, 0.3))]
     cases = [(machine, speed) for machine, speed in zip(machines, (9.0, 10.0, 12.0), strict=True)]
+    cases.append((machines[1], ramp(start_rpm=8.0, stop_rpm=12.0, duration_s=40.0)))
     options = {"duration_s": 40.0, "rate_hz": 5.0, "settle_s": 3.0}
     together = simulate_batch(cases, **options)
     for case, result in zip(cases, together, strict=True):
         assert np.array_equal(simulate_batch([case], **options)[0].signals, result.signals)
     threaded = simulate_batch(cases, threads=2, **options)
     assert all(np.array_equal(a.signals, b.signals) for a, b in zip(together, threaded, strict=True))
+
+
+def test_many_lanes_change_no_bits():
+    # Several blocks, with jumps, contacts and damage.
+    machine = find_machine("gearbox").with_effects(OuterRaceDefect(), BallDefect(), ToothCrack())
+    cases = [(machine.with_parameters(load_torque_n_m=20.0 + i), 1800.0) for i in range(41)]
+    options = {"duration_s": 0.02, "rate_hz": 20_000.0, "settle_s": 0.02}
+    together = simulate_batch(cases, **options)
+    for lane in (0, 17, 39, 40):
+        assert np.array_equal(simulate_batch([cases[lane]], **options)[0].signals, together[lane].signals)
+
+
+def test_lanes_whose_parameters_mean_something_else_stay_apart():
+    # Three pits have as many parameters as three spots.
+    base = find_machine("test_rig")
+    pits = base.with_effects(*[OuterRaceDefect(size_m=1e-3 * k) for k in (1, 2, 3)])
+    spots = base.with_effects(*[BallDefect(size_m=1e-3 * k) for k in (1, 2, 3)])
+    options = {"duration_s": 0.02, "rate_hz": 5000.0, "settle_s": 0.0}
+    together = simulate_batch([(pits, 1800.0), (spots, 1800.0)], **options)
+    for machine, result in zip((pits, spots), together, strict=True):
+        assert np.array_equal(machine.simulate(speed_rpm=1800.0, **options).signals, result.signals)
 
 
 def test_modal_coordinates_change_nothing():

@@ -54,18 +54,11 @@ def test_tables_of_blocks_are_those_of_the_whole():
 
 @pytest.mark.parametrize("lanes", [1, 2, 7, 8, 13, 64])
 def test_compiled_products_are_matrix_products(lanes):
-    import numba
-    from rotorwise.simulators.solvers.product import add_product
+    from rotorwise.simulators.solvers.product import add_products
 
     system = gearbox.system(speed_rpm=1800.0)
     form = block_form(system)
     layout = step_layout(form, system, step_tables(form, 1 / 60_000), lanes)
-
-    @numba.njit
-    def run(memory, program, lanes):
-        for number in range(program.shape[0]):
-            source, columns, target, height, at = program[number]
-            add_product(memory, source, columns, target, height, at, lanes)
 
     layout.work[1:-8] = np.random.default_rng(1).normal(size=layout.work[1:-8].shape)
     plain = layout.memory.copy()
@@ -74,13 +67,13 @@ def test_compiled_products_are_matrix_products(lanes):
         matrix = plain[at : at + columns * height].reshape(shape)
         vectors = plain[source : source + columns * lanes].reshape(columns, lanes)
         plain[target : target + height * lanes] += ((matrix.T if lanes == 1 else matrix) @ vectors).ravel()
-    run(layout.memory, layout.program, lanes)
+    add_products(layout.memory, layout.program, 0, layout.program.shape[0], lanes)
     assert layout.memory == pytest.approx(plain, rel=1e-11, abs=1e-11)
 
 
 def test_even_cosines_are_cosines():
     phase = np.stack([1e4 + 0.01 * np.arange(1000), 0.02 * np.arange(1000)], axis=1)
-    timeline = Timeline(phase, phase, phase, phase, is_even=True)
+    timeline = Timeline(phase, phase, phase, phase, advance_rad=np.array([0.01, 0.02]))
     for order in (0.0, 0.381, 1.0, 23.0):
         cos, sin = timeline.cos_sin(order)
         # Rounding of the angle itself: 2e5 rad times 1e-16.
