@@ -192,10 +192,12 @@ def _worked(work: _Work) -> tuple[ReadCampaign, GapResult]:
             raise _leave(problem, _USAGE if isinstance(problem, InvalidValueError) else _FILE_FAILED) from None
         for message in taken.unreadable:
             print(f"rotorwise: {message}", file=sys.stderr)
-        from .gap.explain import explain_gap
+        from ..simulators.solvers.blas import single_blas_thread
+        from .gap import explain
 
         try:
-            return taken, explain_gap(taken.campaign, work.machine, without=work.without, tell=tell)
+            explained = single_blas_thread(explain.explain_gap)
+            return taken, explained(taken.campaign, work.machine, without=work.without, tell=tell)
         except RotorwiseError as problem:
             raise _leave(problem, _FILE_FAILED) from None
         except (ArithmeticError, AttributeError, LookupError, MemoryError, TypeError, ValueError) as bug:
