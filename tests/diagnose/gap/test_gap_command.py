@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-import re
 import subprocess
 import sys
-import time
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from rotorwise.datasets.simulated import record_machine
 from rotorwise.datasets.write import write_recording
+from rotorwise.diagnose.cli import app
 from rotorwise.diagnose.gap import explain
 from rotorwise.diagnose.gap.predict import UnpredictableError
 from rotorwise.diagnose.gap.result import KINDS
@@ -21,15 +22,14 @@ from rotorwise.simulators.effect import effect_catalogue
 from rotorwise.simulators.effects.unbalance import Unbalance
 from rotorwise.simulators.machine import find_machine, machine_from_toml
 from rotorwise.simulators.sensor_chain import SensorChain
-from typer.testing import CliRunner
 
 from .made_results import made
 
 COMMAND = Path(sys.executable).with_name("rotorwise")
 ROTOR = find_machine("amb_rotor")
 MOMENT, ANGLE = 2e-4, 0.7
-#: A search over few effects takes seconds.
-FEW = [word for name in effect_catalogue() if name not in ("unbalance", "shaft_bow") for word in ("--without", name)]
+#: A search over one effect, against nothing and something unknown, takes seconds.
+FEW = [word for name in effect_catalogue() if name != "unbalance" for word in ("--without", name)]
 
 
 def rotorwise(*arguments: object) -> subprocess.CompletedProcess[str]:
@@ -113,29 +113,38 @@ def test_json_goes_to_stdout_and_files_are_told_on_stderr(answered: tuple[Any, P
 # ---- the command around a made answer ----
 
 
-@pytest.fixture
-def answer(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """Return a function that runs the command in this process with a made result, or an error, as the answer."""
-    from rotorwise.diagnose.cli import app
+@dataclass(frozen=True)
+class Done:
+    code: int
+    stdout: str
+    stderr: str
 
-    def run(result: Any, *arguments: object) -> Any:
+
+@pytest.fixture
+def answer(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
+    """Return a function that runs the command in this process with a made result, or an error, as the answer."""
+
+    def run(result: Any, *arguments: object) -> Done:
         def explained(campaign: Any, machine: Any, **options: Any) -> Any:
             options["tell"]("searching")
-            if isinstance(result, Exception):
+            if isinstance(result, BaseException):
                 raise result
             return result
 
         monkeypatch.setattr(explain, "explain_gap", explained)
-        return CliRunner().invoke(app, ["gap", *map(str, arguments)])
+        code = app(["gap", *map(str, arguments)], standalone_mode=False)
+        return Done(code or 0, *capsys.readouterr())
 
     return run
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_kind_of_answer_is_shown_and_written(answer: Any, folder: Path, tmp_path: Path, kind: str) -> None:
+def test_every_kind_of_answer_is_shown_and_written(
+    answer: Callable[..., Done], folder: Path, tmp_path: Path, kind: str
+) -> None:
     outputs = ("--report", tmp_path / "a.html", "-o", tmp_path / "a.toml")
     done = answer(made(kind), folder, "--machine", "amb_rotor", *outputs)
-    assert done.exit_code == 0, done.output
+    assert done.code == 0, done.stderr
     assert f"report: {tmp_path / 'a.html'}" in " ".join(done.stdout.splitlines())
     assert machine_from_toml(tmp_path / "a.toml") == made(kind).extended
     assert "<h1" in (tmp_path / "a.html").read_text(encoding="utf-8")
@@ -150,31 +159,31 @@ def test_every_kind_of_answer_is_shown_and_written(answer: Any, folder: Path, tm
     ],
 )
 def test_an_engine_that_fails_gives_a_message(
-    answer: Any, folder: Path, problem: Exception, code: int, words: str
+    answer: Callable[..., Done], folder: Path, problem: Exception, code: int, words: str
 ) -> None:
     done = answer(problem, folder, "--machine", "amb_rotor")
-    assert done.exit_code == code
+    assert done.code == code
     assert words in done.stderr
     assert done.stdout == ""
 
 
-def test_an_unreadable_file_does_not_cost_the_answer(answer: Any, folder: Path, tmp_path: Path) -> None:
+def test_an_unreadable_file_does_not_cost_the_answer(answer: Callable[..., Done], folder: Path, tmp_path: Path) -> None:
     broken = tmp_path / "broken.npz"
     broken.write_bytes(b"PK\x03\x04 cut")
     done = answer(made("none"), folder, broken, "--machine", "amb_rotor")
-    assert done.exit_code == 3
+    assert done.code == 3
     assert "broken.npz" in done.stderr
     assert "The model explains the data" in " ".join(done.stdout.split())
 
 
-def test_refusals_come_before_the_work(folder: Path, tmp_path: Path) -> None:
+def test_refusals_come_before_the_work(answer: Callable[..., Done], folder: Path, tmp_path: Path) -> None:
+    """The engine is never asked: it would raise."""
     page, mine, empty = tmp_path / "page.html", tmp_path / "mine.toml", tmp_path / "empty"
     page.write_text("<!DOCTYPE html>mine")
     mine.write_text(ROTOR.to_toml())
     empty.mkdir()
     rotor = ("--machine", "amb_rotor")
     for arguments, code, words in (
-        ((folder,), 2, "--machine"),
         ((folder, "--machine", "pump"), 2, "allowed: amb_rotor, gearbox"),
         ((folder, *rotor, "--preset", "adi"), 2, "no preset 'adi'"),
         ((folder, *rotor, "--without", "unbalanc"), 2, "Did you mean unbalance?"),
@@ -188,9 +197,13 @@ def test_refusals_come_before_the_work(folder: Path, tmp_path: Path) -> None:
         ((folder, "--machine", mine, "-o", mine, "--force"), 4, "is to be extended"),
         ((folder, *rotor, "-o", folder / "1500.toml", "--force"), 4, "sidecar"),
     ):
-        begun = time.monotonic()
-        done = rotorwise(*arguments)
-        assert (done.returncode, done.stdout) == (code, ""), (arguments, done.stderr)
-        assert words in re.sub(r"[\s│]+", " ", done.stderr), (arguments, done.stderr)
-        assert time.monotonic() - begun < 10
+        done = answer(AssertionError("asked"), *arguments)
+        assert (done.code, done.stdout) == (code, ""), (arguments, done.stderr)
+        assert words in done.stderr
     assert (page.read_text(), mine.read_text()) == ("<!DOCTYPE html>mine", ROTOR.to_toml())
+
+
+def test_a_missing_machine_is_a_usage_error(folder: Path) -> None:
+    done = rotorwise(folder)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "--machine" in done.stderr
