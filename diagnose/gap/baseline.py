@@ -26,7 +26,7 @@ MODEL_ERROR = 0.01
 ERROR_LENGTH_SPEED, ERROR_LENGTH_LOAD = 0.2, 0.5
 #: Standard deviation, in rad, that stands for a free angle.
 FREE_ANGLE = 1.8
-#: A parameter that moves every line by less than this share of its probe's vibration, within its prior, is kept as it is.
+#: A parameter that moves every line by less than this share of its probe's vibration, within its prior, is left alone.
 NEGLIGIBLE = 2e-3
 STEP = 1e-3
 MOST_STEPS = 6

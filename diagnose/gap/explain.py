@@ -19,7 +19,7 @@ from .observe import observe_orders
 from .predict import Predictor
 from .result import GapResult
 from .screen import Atom, atoms_of
-from .search import search
+from .search import Screening, search, telling_conditions
 from .unknown_force import force_kernels
 from .verdict import told
 from .waveform import ONLY_IN_WAVEFORM, seen_in_waveform, with_doubt
@@ -27,6 +27,8 @@ from .waveform import ONLY_IN_WAVEFORM, seen_in_waveform, with_doubt
 HIGHEST_ORDER = 6.0
 #: From so many conditions on, a part of them is held out.
 CONDITIONS_TO_HOLD_OUT = 4
+#: Conditions in which all candidates are screened; the best are then followed in all of them.
+SCREENED_CONDITIONS = 3
 
 Tell = Callable[[str], None]
 
@@ -111,9 +113,11 @@ def explain_gap(
     competing = [
         one for one in candidates(machine, without=without | ONLY_IN_WAVEFORM) if only is None or one.name in only
     ]
-    library, not_compared = responses(competing, problem.baseline.machine, part, tell=tell)
+    chosen = telling_conditions(problem.plain(), SCREENED_CONDITIONS)
+    library, not_compared = responses(competing, problem.baseline.machine, part.select(chosen), tell=tell)
+    screening = Screening(chosen, prepared.problem([prepared.fitted[i] for i in chosen]).plain(), library)
     kernels = force_kernels(problem.baseline.machine, part)
-    posterior = search(problem, library, kernels, tell=tell)
+    posterior = search(problem, screening, kernels, tell=tell)
     tell("measuring the gain")
     gain = measured_gain(machine, prepared, posterior)
     return told(machine, prepared, posterior, not_compared, gain, without=without)

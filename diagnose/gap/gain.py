@@ -1,4 +1,4 @@
-"""How much closer the extended machine comes to conditions that it was not fitted to, against calibration and placebos."""
+"""How much closer the extended machine comes to conditions that were not fitted, against calibration and placebos."""
 
 from __future__ import annotations
 

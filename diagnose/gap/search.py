@@ -65,9 +65,48 @@ class Posterior:
         return next(fit for fit in (*self.fits, self.none) if fit.names == names)
 
 
+@dataclass(frozen=True, eq=False)
+class Screening:
+    """The conditions in which candidates are screened: those that show most.
+
+    Attributes
+    ----------
+    chosen : tuple of int
+        Numbers of the problem's conditions.
+    compared : Comparison
+        Without any effect, in these conditions.
+    atoms : mapping of Candidate to sequence of Atom
+        Responses in these conditions.
+    """
+
+    chosen: tuple[int, ...]
+    compared: Comparison
+    atoms: Mapping[Candidate, Sequence[Atom]]
+
+    def best(self, response: np.ndarray | None = None) -> list[list[Start]]:
+        """Return each candidate's starts, the best candidate first.
+
+        ``response`` (problem's conditions, probes, orders), if any, is taken off first.
+        """
+        left = None
+        if response is not None:
+            left = self.compared.residual - self.compared.whitened(response[list(self.chosen)])
+        found = [starts(one, own, self.compared, residual=left) for one, own in self.atoms.items() if own]
+        return sorted([options for options in found if options], key=lambda options: -options[0].score)
+
+
+def telling_conditions(compared: Comparison, count: int) -> tuple[int, ...]:
+    """Return the numbers of the conditions with the largest residual, in order."""
+    residual = compared.factor @ compared.residual
+    scale = np.sqrt(np.diag(compared.covariance))
+    condition = np.tile(np.nonzero(compared.seen)[0], 2)
+    power = np.bincount(condition, weights=(residual / scale) ** 2, minlength=compared.seen.shape[0])
+    return tuple(sorted(int(i) for i in np.argsort(power)[::-1][:count]))
+
+
 def search(
     problem: Problem,
-    atoms: Mapping[Candidate, Sequence[Atom]],
+    screening: Screening,
     kernels: np.ndarray | None,
     *,
     tell: Tell = lambda _: None,
@@ -77,14 +116,13 @@ def search(
     Parameters
     ----------
     problem : Problem
-    atoms : mapping of Candidate to sequence of Atom
-        Responses in the problem's conditions, from `screen.atoms_of`.
+    screening : Screening
     kernels : ndarray, optional
         From `unknown_force.force_kernels`.
     """
     compared, machine, predictor = problem.plain(), problem.baseline.machine, problem.predictor
     none = nothing(compared)
-    screened = _few_of_each(_screened(atoms, compared, None))
+    screened = _few_of_each(screening.best())
     begun: list[tuple[Climbed, Candidate]] = []
     for rank, options in enumerate(screened[:REFINED]):
         tell(f"effect {rank + 1} of {min(REFINED, len(screened))}: {options[0].candidate}")
@@ -96,19 +134,11 @@ def search(
     found = [refined([one], first.position, compared, machine, predictor) for first, one in begun[:FINISHED]]
     singles = [fit for fit in found if fit]
     singles = _jointly_best(singles, problem)
-    pairs = _pairs(singles, atoms, problem, tell) if singles else []
+    pairs = _pairs(singles, screening, problem, tell) if singles else []
     unknown = unexplained(compared, kernels)
     fits = tuple(sorted([*singles, *pairs], key=lambda fit: -fit.log_evidence))
-    count = len({candidate.name for candidate in atoms})
+    count = len({candidate.name for candidate in screening.atoms})
     return _posterior(compared, none, fits, unknown, count)
-
-
-def _screened(
-    atoms: Mapping[Candidate, Sequence[Atom]], compared: Comparison, residual: np.ndarray | None
-) -> list[list[Start]]:
-    """Return each candidate's starts, the best candidate first."""
-    found = [starts(candidate, own, compared, residual=residual) for candidate, own in atoms.items() if own]
-    return sorted([options for options in found if options], key=lambda options: -options[0].score)
 
 
 def _few_of_each(screened: list[list[Start]]) -> list[list[Start]]:
@@ -130,7 +160,7 @@ def _jointly_best(fits: list[Fit], problem: Problem) -> list[Fit]:
 
 def _pairs(
     singles: list[Fit],
-    atoms: Mapping[Candidate, Sequence[Atom]],
+    screening: Screening,
     problem: Problem,
     tell: Tell,
 ) -> list[Fit]:
@@ -141,8 +171,7 @@ def _pairs(
         return []
     compared, found = problem.plain(), []
     for leader in leaders:
-        left = compared.residual - compared.whitened(leader.response)
-        ranked = _few_of_each(_screened(atoms, compared, left))
+        ranked = _few_of_each(screening.best(leader.response))
         partners = [options for options in ranked if options[0].candidate.name != leader.candidates[0].name]
         for options in partners[:PARTNERS]:
             tell(f"{leader.candidates[0]} with {options[0].candidate}")

@@ -1,4 +1,4 @@
-"""Effects that the waveform itself shows, whatever the machine does: lost range, gaps, drift, coarse steps, folded lines.
+"""Effects that the waveform itself shows, whatever the machine does: clipping, gaps, drift, coarse steps, folded lines.
 
 These are found by the data checks before any line is compared. A channel that shows one counts for less afterwards.
 """

@@ -131,7 +131,8 @@ def gain_words(gain: Gain) -> str:
     words = f"{what} {verb} by {decibel_words(abs(gain.held_out_db))}"
     if math.isfinite(gain.calibration_only_db):
         words += f"; calibration alone gives {decibel_words(gain.calibration_only_db)}"
-    better = [name for name, value in placebos(gain).items() if value >= gain.held_out_db]
+    rivals = {"calibration alone": gain.calibration_only_db, **placebos(gain)}
+    better = [name for name, value in rivals.items() if value >= gain.held_out_db]
     if better:
         words += f"; no gain is claimed, as {joined_words(better)} {'do' if len(better) > 1 else 'does'} as well"
     return words + "."
