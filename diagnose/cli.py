@@ -17,6 +17,7 @@ from .gap_command import gap
 from .papers import papers
 from .simulate_command import simulate
 from .thresholds_command import thresholds
+from .trials_command import trials
 
 _FILES_IN_FULL = 3  # more files than this are shown as one table
 _USAGE, _OUTPUT, _INTERRUPTED = 2, 4, 130
@@ -117,6 +118,7 @@ app.command()(effects)
 app.command()(gap)
 app.command()(simulate)
 app.command()(thresholds)
+app.command()(trials)
 
 
 def main() -> None:
