@@ -212,7 +212,10 @@ def machine_from_toml(source: str | Path) -> Machine:
         raise InvalidValueError(f"{where} cannot be read: {error.strerror or error}. Check the path.") from None
     _check_keys(where, content, {"format", "machine", "preset", "parameters", "effects"})
     if content.get("format") != FILE_FORMAT:
-        raise InvalidValueError(f"{where} has format {content.get('format')!r}; allowed: {FILE_FORMAT}.")
+        found = f"format {content['format']!r}" if "format" in content else "no format"
+        raise InvalidValueError(
+            f"{where} has {found}; allowed: {FILE_FORMAT}. Write format = {FILE_FORMAT} at its top."
+        )
     parameters, effects = content.get("parameters", {}), content.get("effects", [])
     if not isinstance(parameters, dict) or not isinstance(effects, list):
         raise InvalidValueError(f"{where}: allowed: a table [parameters] and tables [[effects]]. Correct the headings.")
@@ -222,7 +225,9 @@ def machine_from_toml(source: str | Path) -> Machine:
 
 def _effect(where: str, entry: dict[str, Any]) -> Effect:
     if not isinstance(entry, dict) or "effect" not in entry:
-        raise InvalidValueError(f'{where}: an entry of [[effects]] has no name; allowed: effect = "unbalance", ...')
+        raise InvalidValueError(
+            f'{where}: an entry of [[effects]] has no name; allowed: effect = "unbalance", ... Give it.'
+        )
     values = {key: value for key, value in entry.items() if key not in ("effect", "at")}
     return make_effect(_text(where, entry, "effect", ""), values, at=_text(where, entry, "at", ""))
 
@@ -237,7 +242,9 @@ def _text(where: str, content: Mapping[str, object], key: str, default: str) -> 
 def _check_keys(where: str, content: Mapping[str, object], allowed: set[str]) -> None:
     for key in content:
         if key not in allowed:
-            raise InvalidValueError(f"{where} has an unknown entry {key!r}; allowed: {', '.join(sorted(allowed))}.")
+            raise InvalidValueError(
+                f"{where} has an unknown entry {key!r}; allowed: {', '.join(sorted(allowed))}. Correct or remove it."
+            )
 
 
 @functools.cache

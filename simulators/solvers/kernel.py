@@ -14,7 +14,7 @@ from __future__ import annotations
 import numba
 
 from .kernel_types import CUBE, DEEP, INDEX, INNER, JUMP, MATH, MATRIX, OPTIONS, PLAN, SIGNALS, TABLE, VECTOR
-from .law_call import call_force, call_jump, call_products
+from .law_call import call_force, call_jump, call_products, rows_of
 
 
 @numba.njit(**INNER)
@@ -29,11 +29,11 @@ def _evaluate_forces(plan, parameters, given, instant, own, jumping, x, u):  # t
             signals = jumping if table[k, 9] >= 0 else own
             call_force(  # type: ignore[call-arg]
                 addresses[table[k, 0]],
-                signals[table[k, 5] : table[k, 6]],
-                parameters[table[k, 7] : table[k, 8]],
+                rows_of(signals, table[k, 5], table[k, 6]),  # type: ignore[call-arg]
+                rows_of(parameters, table[k, 7], table[k, 8]),
                 x,
-                inputs[table[k, 1] : table[k, 2]],
-                outputs[table[k, 3] : table[k, 4]],
+                rows_of(inputs, table[k, 1], table[k, 2]),
+                rows_of(outputs, table[k, 3], table[k, 4]),
                 u,
             )
             continue
@@ -51,13 +51,15 @@ def _free_motion(work, flat, rows, diagonals):  # type: ignore[no-untyped-def]
     """Set the states after the step to e^(hL) y, and clear stages and probes; ``flat`` is the work matrix."""
     lanes = work.shape[1]
     first, following, stages = rows[4], rows[8], rows[6]
-    cleared = flat[stages * lanes : following * lanes]
+    cleared = rows_of(flat, stages * lanes, following * lanes)  # type: ignore[call-arg]
     for i in range(cleared.size):
         cleared[i] = 0.0
     if lanes == 1:
         # The same sums: with the lanes innermost a single lane would fill no vector register.
         # As slices, whose indices cannot be negative: the compiler then takes several rows together.
-        low, here, high, after = flat[first - 1 :], flat[first:], flat[first + 1 :], flat[following:]
+        count = rows[0]
+        low, here = rows_of(flat, first - 1, first + count), rows_of(flat, first, first + count)
+        high, after = rows_of(flat, first + 1, first + count + 1), rows_of(flat, following, following + count)
         for i in range(rows[0]):
             total = diagonals[0, i] * low[i] + diagonals[1, i] * here[i]
             after[i] = total + diagonals[2, i] * high[i]
@@ -113,7 +115,7 @@ def run_block(memory, work, rows, program, parts, diagonals, plan, parameters, s
     record : ndarray (steps, probes, lanes)
     """
     states, motions, forces, probes = rows[0], rows[1], rows[2], rows[3]
-    lanes, flat = work.shape[1], memory[memory.size - work.size :]
+    lanes, flat = work.shape[1], rows_of(memory, memory.size - work.size, memory.size)  # type: ignore[call-arg]
     event = 0
     for step in range(record.shape[0]):
         for stage in range(4):
@@ -124,7 +126,7 @@ def run_block(memory, work, rows, program, parts, diagonals, plan, parameters, s
             half = (stage + 1) // 2
             instant = 2 * step + half
             own, jumping = signals[1][instant], signals[2][step, half]
-            x, u = work[at_x : at_x + motions], work[at_u : at_u + forces]
+            x, u = rows_of(work, at_x, at_x + motions), rows_of(work, at_u, at_u + forces)
             _evaluate_forces(plan, parameters, signals[0], instant, own, jumping, x, u)
             if stage == 0:
                 _free_motion(work, flat, rows, diagonals)
@@ -135,6 +137,6 @@ def run_block(memory, work, rows, program, parts, diagonals, plan, parameters, s
         while event < events.shape[0] and events[event, 0] == step:
             call_jump(jump[0][0], jump, work, plan, parameters, events[event], branches[event])  # type: ignore[call-arg]
             event += 1
-        before, after = flat[rows[4] * lanes :], flat[rows[8] * lanes :]
+        before, after = rows_of(flat, rows[4] * lanes, flat.size), rows_of(flat, rows[8] * lanes, flat.size)
         for i in range((states + motions) * lanes):
             before[i] = after[i]

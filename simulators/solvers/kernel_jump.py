@@ -10,7 +10,7 @@ from __future__ import annotations
 import numba
 
 from .kernel_types import CUBE, INNER, JUMP, MATRIX, OPTIONS, PLAN, VECTOR
-from .law_call import call_force
+from .law_call import call_force, rows_of
 
 
 @numba.njit(**INNER)
@@ -86,18 +86,19 @@ def apply_jump(jump, work, plan, parameters, event, branches):  # type: ignore[n
     count, wide = table[k, 2] - table[k, 1], tables.shape[3]
     own = table[k, 8] - table[k, 7]
     smooth, moved, forces, zero = own, own + 3 * count, own + 6 * count, own + 6 * count + 6 * wide
-    order = numbers[numbers.size - max(count, wide) :]
+    order = rows_of(numbers, numbers.size - max(count, wide), numbers.size)  # type: ignore[call-arg]
     for i in range(own):
         room[i, 0] = parameters[table[k, 7] + i, lane]
-    _smooth_motion(jump, work, inputs[table[k, 1] : table[k, 2]], lane, tau, room, smooth)
+    _smooth_motion(jump, work, rows_of(inputs, table[k, 1], table[k, 2]), lane, tau, room, smooth)
     for sweep in range(3):
         for side in range(6):
             at = forces + side * wide
             for j in range(wide):
                 room[at + j, 0] = 0.0
             # Three instants on the old branch and the smooth motion, then on the new branch and the moved one.
-            x, u = room[smooth + side * count : smooth + (side + 1) * count], room[at : at + wide]
-            call_force(address[table[k, 0]], branches[side], room[:own], x, order, order, u)  # type: ignore[call-arg]
+            x = rows_of(room, smooth + side * count, smooth + (side + 1) * count)
+            u = rows_of(room, at, at + wide)
+            call_force(address[table[k, 0]], branches[side], rows_of(room, 0, own), x, order, order, u)  # type: ignore[call-arg]
         _weigh(room, forces, wide, tau)
         for part in range(2 if sweep < 2 else 1):
             if sweep < 2:

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba.core import types
+from numba.core import cgutils, types
 from numba.extending import intrinsic
+from numba.np import arrayobj
 
 from ..law import force_signature
 from .kernel_types import PRODUCTS
@@ -60,3 +61,25 @@ def call_products(typing, address, memory, program, start, stop, lanes):  # type
         return _call(context, builder, arguments[0], own, arguments[1:])
 
     return types.void(types.int64, *own), generate
+
+
+@intrinsic
+def rows_of(typing, array, start, stop):  # type: ignore[no-untyped-def]
+    """Return the rows from ``start`` to ``stop`` of an array, which must outlive them.
+
+    As a slice, without the tests for indices that count from the end: these make half of the loop's code.
+    """
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        whole = context.make_array(signature.args[0])(context, builder, arguments[0])
+        part = context.make_array(signature.args[0])(context, builder)
+        shape, strides = cgutils.unpack_tuple(builder, whole.shape), cgutils.unpack_tuple(builder, whole.strides)
+        first = arguments[1]
+        for size in shape[1:]:
+            first = builder.mul(first, size)
+        shape[0] = builder.sub(arguments[2], arguments[1])
+        data = builder.gep(whole.data, [first])
+        arrayobj.populate_array(part, data, shape, strides, whole.itemsize, None)
+        return part._getvalue()
+
+    return array(array, types.int64, types.int64), generate

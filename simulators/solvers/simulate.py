@@ -287,11 +287,14 @@ def relative_error(coarse: np.ndarray, fine: np.ndarray) -> np.ndarray:
 def _check(duration_s: float, rate_hz: float, threads: int, cases: int) -> None:
     for name, value in (("duration_s", duration_s), ("rate_hz", rate_hz), ("threads", threads)):
         if not (math.isfinite(value) and value > 0):
-            raise InvalidValueError(f"{name} = {value!r}; allowed: finite and more than 0.")
+            raise InvalidValueError(f"{name} = {value!r}; allowed: finite and more than 0. Correct it.")
     if duration_s * rate_hz < 1:
-        raise InvalidValueError(f"{duration_s:g} s at {rate_hz:g} Hz has no sample; give a longer duration.")
+        raise InvalidValueError(
+            f"{duration_s:g} s at {rate_hz:g} Hz has no sample; allowed: {1 / rate_hz:g} s or more. "
+            "Give a longer duration."
+        )
     if cases == 0:
-        raise InvalidValueError("No case to simulate; allowed: one or more pairs of machine and speed.")
+        raise InvalidValueError("No case to simulate; allowed: one or more pairs of machine and speed. Give one.")
 
 
 def _prepare(machine: Machine, speed: float | SpeedProfile) -> tuple[System, SpeedProfile]:
@@ -327,7 +330,7 @@ def _step(machine: Machine, rate_hz: float, step_s: float | None) -> int:
     """Return how many steps make one output sample."""
     longest = machine.definition.step_s if step_s is None else step_s
     if not (math.isfinite(longest) and longest > 0):
-        raise InvalidValueError(f"step_s = {longest!r}; allowed: finite and more than 0.")
+        raise InvalidValueError(f"step_s = {longest!r}; allowed: finite and more than 0. Correct it.")
     return max(2, math.ceil(1 / (rate_hz * longest) - 1e-9))
 
 
@@ -344,8 +347,9 @@ def _result(
     who = f"{machine.name} ({machine.preset_name}) with {dict(machine.changed)} and {list(machine.effects)}"
     if not np.all(np.abs(signals) < LARGEST):
         raise SimulationError(
-            f"The simulation of {who} grew beyond all bounds or became not a number. Try a shorter step than "
-            f"{step_s:.3g} s; if that does not help, these parameters make the machine unstable."
+            f"The simulation of {who} grew beyond all bounds or became not a number. Allowed: a motion that stays "
+            f"bounded. Make effects weaker or change the speed; in Python, step_s below {step_s:.3g} tells whether the "
+            "step or the machine is unstable."
         )
     quarter = signals.shape[1] // 4
     if profile.is_steady and quarter > 8:
