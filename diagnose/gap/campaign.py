@@ -20,6 +20,7 @@ from ...simulators.errors import InvalidValueError
 from ...simulators.machine import Machine
 from ...simulators.parameter import Parameter
 from .channels import Matched, as_probes, match_channels, parse_probes
+from .fitness import UnfitRecordingError, fit
 
 BASELINE_FOLDER = "baseline"
 #: Of a longer file the beginning is taken: order lines do not need more.
@@ -41,7 +42,7 @@ class ReadCampaign:
     notes : tuple of str
         What was left out and why, and what was assumed.
     unreadable : tuple of str
-        One message a file that could not be read.
+        One message a file that could not be read or compared.
     """
 
     campaign: Campaign
@@ -130,22 +131,26 @@ def read_campaign(
     Raises
     ------
     InvalidValueError
-        When channels, units or loads do not fit the machine, or no recording is left.
+        When channels, units or loads do not fit the machine.
+    UnfitRecordingError
+        When no recording is left.
     """
     if sidecar is not None and not sidecar.is_file():
         raise InvalidValueError(f"Sidecar {sidecar}: no such file. Check --sidecar.")
     declared = machine.bare_assembly().probes
     given, stated = parse_probes(probes, declared), parse_loads(loads, machine)
     kept: dict[Path, tuple[Recording, Matched]] = {}
-    unreadable = []
+    unreadable, doubts = [], []
     for path in (*sources.recordings, *sources.baseline):
         tell(f"reading {path.name}")
         try:
-            recording = _read(path, metadata, sidecar)
-        except (UnreadableFileError, MissingMetadataError) as problem:
-            unreadable.append(str(problem) if str(path) in str(problem) else f"{path}: {problem}")
+            recording = _loaded(_read(path, metadata, sidecar), machine, stated)
+            recording, matched, found = fit(recording, match_channels(recording, declared, given=given))
+        except (UnreadableFileError, MissingMetadataError, UnfitRecordingError) as problem:
+            unreadable.append(str(problem) if path.name in str(problem) else f"{path}: {problem}")
             continue
-        kept[path] = _loaded(recording, machine, stated), match_channels(recording, declared, given=given)
+        kept[path] = recording, matched
+        doubts += found
     _check_left(sources, kept, unreadable)
     shared = _shared(kept, [probe.name for probe in declared])
     ready = {path: _prepared(recording, matched, shared) for path, (recording, matched) in kept.items()}
@@ -154,7 +159,7 @@ def read_campaign(
         tuple(ready[path] for path in sources.baseline if path in ready),
         name=_name(sources),
     )
-    return ReadCampaign(campaign, shared, tuple(_notes(sources, kept, shared, machine)), tuple(unreadable))
+    return ReadCampaign(campaign, shared, (*_notes(sources, kept, shared, machine), *doubts), tuple(unreadable))
 
 
 def parse_loads(texts: Sequence[str], machine: Machine) -> dict[str, float]:
@@ -223,7 +228,7 @@ def _plain(unit: str) -> str:
 
 def _check_left(sources: Sources, kept: Mapping[Path, object], unreadable: Sequence[str]) -> None:
     if not any(path in kept for path in sources.recordings):
-        raise InvalidValueError(f"No recording can be read; allowed: one or more. {' '.join(unreadable[:3])}")
+        raise UnfitRecordingError(f"No recording can be used; allowed: one or more. {' '.join(unreadable[:3])}")
 
 
 def _shared(kept: Mapping[Path, tuple[Recording, Matched]], names: Sequence[str]) -> tuple[str, ...]:

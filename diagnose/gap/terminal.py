@@ -36,10 +36,11 @@ _SMALL = 0.01
 def show(result: GapResult, console: Console, *, notes: Sequence[str] = ()) -> None:
     """Print verdict, causes, rivals, the largest gaps, the gain and what was left out."""
     measured = result.measured
+    count = len(measured.conditions)
     console.print()
     console.print(
         f"[bold underline]{escape(result.machine.name)}[/] ({escape(result.machine.preset_name)}), "
-        f"{len(measured.conditions)} conditions, probes {escape(', '.join(measured.probes))}"
+        f"{count} condition{'s' if count != 1 else ''}, probes {escape(', '.join(measured.probes))}"
     )
     console.print(Text(sentence_of(result), style="bold"))
     for cause in result.causes:

@@ -16,6 +16,7 @@ from rotorwise.datasets.simulated import record_machine
 from rotorwise.datasets.write import write_recording
 from rotorwise.diagnose.gap.campaign import find_sources, parse_loads, read_campaign
 from rotorwise.diagnose.gap.channels import as_probes, match_channels, parse_probes
+from rotorwise.diagnose.gap.fitness import UnfitRecordingError, fit
 from rotorwise.simulators.errors import InvalidValueError
 from rotorwise.simulators.machine import find_machine
 
@@ -32,9 +33,14 @@ MEASURED = (
 )
 
 
-def recording(*channels: Channel, load: float | None = None, unit: str | None = None) -> Recording:
-    signals = np.arange(len(channels))[:, None] + np.zeros((1, 50))
-    return Recording(signals, 1000.0, channels, OperatingCondition(1500.0, load, unit), label="unbalance")
+TIME = np.arange(4000) / 1000
+PULSES = (25 * TIME % 1 < 0.1).astype(float)
+
+
+def recording(*channels: Channel) -> Recording:
+    """Return a record of a shaft at 25 Hz in which every channel is another one."""
+    rows = [PULSES if one.quantity == "tacho" else np.cos(2 * np.pi * 25 * TIME + i) for i, one in enumerate(channels)]
+    return Recording(np.array(rows), 1000.0, channels, OperatingCondition(1500.0), label="unbalance")
 
 
 def by_name(one: Recording, *, given: dict[str, str] | None = None, rig: bool = True) -> dict[str, str]:
@@ -171,24 +177,24 @@ def test_a_file_that_cannot_be_read_is_told_and_left_out(folder: Path, tmp_path:
     assert len(taken.campaign.recordings) == 1
     assert len(taken.unreadable) == 1
     assert "broken.npz" in taken.unreadable[0]
-    with pytest.raises(InvalidValueError, match="No recording can be read"):
+    with pytest.raises(UnfitRecordingError, match="No recording can be used"):
         read_campaign(find_sources([broken]), ROTOR)
 
 
 def test_a_folder_s_sidecar_holds_for_its_baseline_too(tmp_path: Path) -> None:
     (tmp_path / "baseline").mkdir()
-    rows = "\n".join(["a,b"] + [f"{np.sin(i):.5f},{np.cos(i):.5f}" for i in range(200)])
+    rows = "\n".join(["a,b,c"] + [f"{np.sin(25 * i):.5f},{np.cos(25 * i):.5f},{p:g}" for i, p in enumerate(PULSES)])
     for name in ("run.csv", "baseline/run.csv"):
         (tmp_path / name).write_text(rows)
     (tmp_path / "recording.toml").write_text(
-        '[recording]\nrate_hz = 1000.0\nunit = "um"\nchannel_names = ["path_1", "path_2"]\n'
+        '[recording]\nrate_hz = 1000.0\nunit = "um"\nchannel_names = ["path_1", "path_2", "once"]\ntacho = "once"\n'
     )
     taken = read_campaign(find_sources([tmp_path]), ROTOR)
     assert taken.probes == ("path_1", "path_2")
     first, healthy = taken.campaign.recordings[0], taken.campaign.baseline[0]
     np.testing.assert_array_equal(first.signals, healthy.signals)
-    assert np.abs(first.signals).max() == pytest.approx(1e-6, rel=1e-3)
-    assert any("No tacho" in note for note in taken.notes)
+    assert np.abs(first.signals[:2]).max() == pytest.approx(1e-6, rel=1e-3)
+    assert taken.notes == ()
 
 
 def test_only_probes_that_all_recordings_have_are_compared(folder: Path, tmp_path: Path) -> None:
@@ -201,6 +207,47 @@ def test_only_probes_that_all_recordings_have_are_compared(folder: Path, tmp_pat
     write_recording(one.select([0, 4]), tmp_path / "else.csv", file_format="csv", notes={}, remarks="", force=True)
     with pytest.raises(InvalidValueError, match="no probe in common"):
         read_campaign(find_sources([tmp_path / "part.csv", tmp_path / "else.csv"]), ROTOR)
+
+
+# ---- whether a recording is fit ----
+
+
+def fitted(rows: np.ndarray, *channels: Channel, hint_rpm: float | None = None):
+    one = Recording(rows, 1000.0, channels, OperatingCondition(hint_rpm))
+    return fit(one, match_channels(one, PROBES, given={}))
+
+
+X, Y = Channel("path_1", "displacement"), Channel("path_2", "displacement")
+
+
+def test_a_speed_that_nothing_shows_is_not_guessed() -> None:
+    """A single tone fits many speeds; a comb of lines near the stated speed, or a tacho, leaves no doubt."""
+    tone = np.cos(2 * np.pi * 25 * TIME)
+    with pytest.raises(UnfitRecordingError, match=r"--tacho, or give the speed"):
+        fitted(tone[None], X)
+    assert fitted(np.array([tone, PULSES]), X, TACHO)[2] == []
+    noise = 0.01 * np.random.default_rng(0).normal(size=TIME.size)
+    comb = sum(np.cos(2 * np.pi * 25.3 * k * TIME) / k for k in range(1, 7)) + noise
+    assert fitted(comb[None], X, hint_rpm=1500.0)[2] == []
+
+
+def test_dead_channels_are_left_out_and_gaps_filled() -> None:
+    wave = np.cos(2 * np.pi * 25 * TIME)
+    holed = wave.copy()
+    holed[1000] = np.nan
+    ready, matched, doubts = fitted(np.array([holed, 0 * wave, PULSES]), X, Y, TACHO)
+    assert matched.probes == {0: "path_1"}
+    assert "constant signal" in matched.left["path_2"]
+    assert ready.signals[0, 1000] == pytest.approx((wave[999] + wave[1001]) / 2)
+    assert [("constant" in one, "filled in" in one) for one in doubts] == [(False, True), (True, False)]
+    with pytest.raises(UnfitRecordingError, match=r"no usable channel\. path_1: constant signal"):
+        fitted(np.array([0 * wave, PULSES]), X, TACHO)
+
+
+def test_a_run_up_is_told_of() -> None:
+    turns = 25 * TIME + 0.5 * 3 * TIME**2
+    rows = np.array([np.cos(2 * np.pi * turns), (turns % 1 < 0.1).astype(float)])
+    assert any("the speed changes by" in one for one in fitted(rows, X, TACHO)[2])
 
 
 # ---- loads ----

@@ -1,0 +1,83 @@
+"""Whether a recording can be compared at all: its speed is known, its channels are alive, its samples are there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from ...datasets.recording import Recording
+from ...simulators.errors import RotorwiseError
+from ..observe import observe
+from ..result import SpeedEstimate
+from ..signal.checks import UNUSABLE, check_channel, repair
+from ..signal.speed import speed_from_tacho
+from .channels import Matched
+
+#: Below this confidence a speed that the vibration shows may as well be another line.
+TRUSTED_SPEED = 0.8
+#: Change of speed within a record beyond which its lines are averages over different motions.
+STEADY = 0.05
+#: Defects below this severity are no news.
+_WORTH_TELLING = 0.3
+
+
+class UnfitRecordingError(RotorwiseError):
+    """A recording that cannot be compared with a simulation."""
+
+
+def fit(recording: Recording, matched: Matched) -> tuple[Recording, Matched, list[str]]:
+    """Return the recording with missing samples filled in, its usable channels, and what is doubtful about it.
+
+    Parameters
+    ----------
+    recording : Recording
+    matched : Matched
+
+    Raises
+    ------
+    UnfitRecordingError
+        When no channel is usable, or the shaft's speed is not known: a wrong speed makes every line a wrong one.
+    """
+    name = Path(recording.provenance.path or "recording").name
+    kept, left, doubts = dict(matched.probes), dict(matched.left), []
+    signals = recording.signals.copy()
+    for i in matched.probes:
+        own = recording.channels[i].name
+        found = check_channel(recording.signals[i], rate_hz=recording.rate_hz, name=own)
+        spoiled = next((one for one in found if one.code in UNUSABLE), None)
+        if spoiled is not None:
+            left[own] = spoiled.message.removeprefix(f"{own}: ").rstrip(".")
+            doubts.append(f"{name}: {spoiled.message}")
+            del kept[i]
+            continue
+        signals[i] = repair(signals[i])
+        doubts += [f"{name}: {one.message}" for one in found if one.severity >= _WORTH_TELLING]
+        doubts += [f"{name}: {one.message} They are filled in." for one in found if one.code == "missing samples"]
+    if not kept:
+        raise UnfitRecordingError(f"{name}: no usable channel. {' '.join(one.split(': ', 1)[1] for one in doubts)}")
+    ready = replace(recording, signals=signals)
+    speed = _speed(ready, kept, name)
+    if speed.variation > STEADY:
+        doubts.append(f"{name}: the speed changes by {speed.variation:.0%}; its lines are averages. Record steadily.")
+    return ready, Matched(kept, left), doubts
+
+
+def _speed(recording: Recording, kept: dict[int, str], name: str) -> SpeedEstimate:
+    for i, one in enumerate(recording.channels):
+        pulses = recording.pulses_per_revolution
+        found = one.quantity == "tacho" and speed_from_tacho(
+            recording.signals[i], rate_hz=recording.rate_hz, pulses_per_revolution=pulses
+        )
+        if found:
+            return found[0]
+    try:
+        speed = observe(recording.select(list(kept))).speed
+    except RotorwiseError as problem:
+        raise UnfitRecordingError(f"{name}: {problem}") from None
+    if speed is None or speed.confidence < TRUSTED_SPEED:
+        guess = f" ({speed.speed_rpm:.0f} rpm with {speed.confidence:.0%} confidence)" if speed else ""
+        raise UnfitRecordingError(
+            f"{name}: no tacho, and the vibration does not show the shaft's speed{guess}; allowed: a known speed. Name "
+            "the tacho channel with --tacho, or give the speed with --speed or in recording.toml."
+        )
+    return speed
