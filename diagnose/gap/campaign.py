@@ -25,6 +25,8 @@ from .fitness import UnfitRecordingError, fit
 BASELINE_FOLDER = "baseline"
 #: Of a longer file the beginning is taken: order lines do not need more.
 MOST_SAMPLES = 4_000_000
+#: Defects of the data that are told one by one.
+MOST_DOUBTS = 12
 
 Tell = Callable[[str], None]
 
@@ -159,7 +161,9 @@ def read_campaign(
         tuple(ready[path] for path in sources.baseline if path in ready),
         name=_name(sources),
     )
-    return ReadCampaign(campaign, shared, (*_notes(sources, kept, shared, machine), *doubts), tuple(unreadable))
+    return ReadCampaign(
+        campaign, shared, (*_notes(sources, kept, shared, machine), *_shortened(doubts)), tuple(unreadable)
+    )
 
 
 def parse_loads(texts: Sequence[str], machine: Machine) -> dict[str, float]:
@@ -287,6 +291,11 @@ def _notes(
             f"{', ...' if len(unpaced) > 3 else ''}): phases there do not refer to the shaft."
         )
     return notes
+
+
+def _shortened(doubts: Sequence[str]) -> list[str]:
+    more = len(doubts) - MOST_DOUBTS
+    return [*doubts[:MOST_DOUBTS], f"{more} more defects of the data; analyse tells them."] if more > 0 else [*doubts]
 
 
 def _is_phased(recording: Recording) -> bool:

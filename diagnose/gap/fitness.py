@@ -17,8 +17,8 @@ from .channels import Matched
 TRUSTED_SPEED = 0.8
 #: Change of speed within a record beyond which its lines are averages over different motions.
 STEADY = 0.05
-#: Defects below this severity are no news.
-_WORTH_TELLING = 0.3
+#: Defects below this severity are no news; what lies at the end of the band does not touch the orders compared.
+_WORTH_TELLING = 0.35
 
 
 class UnfitRecordingError(RotorwiseError):

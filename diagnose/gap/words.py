@@ -23,7 +23,7 @@ _MOST_SIDEBANDS = 3
 _SCALES = {
     "m": ((1e-3, 1e6, "um"), (1.0, 1e3, "mm")),
     "m/s": ((1.0, 1e3, "mm/s"),),
-    "rad": ((1e-3, 1e6, "urad"), (0.01, 1e3, "mrad"), (math.inf, 180 / math.pi, "deg")),
+    "rad": ((1e-3, 1e6, "urad"), (1.0, 1e3, "mrad")),
 }
 
 
@@ -80,8 +80,8 @@ def _how_wrong(lines: Sequence[ResidualLine]) -> str:
 
 
 def _where_words(where: Sequence[Condition], whole: int) -> str:
-    if len(where) == whole and whole > 1:
-        return f"In all {whole} fitted conditions"
+    if len(where) >= whole > 1:
+        return f"In all {len(where)} fitted conditions"
     loaded = len({one.load for one in where}) > 1
     speeds = [f"{one.speed_rpm:.0f}" for one in where]
     if loaded or len(where) > MOST_NAMED:
@@ -213,6 +213,9 @@ def estimate_words(estimate: Estimate) -> str:
     '500 um (400 to 620)'
     """
     factor, unit = readable_unit(estimate.unit, largest=max(map(abs, (estimate.value, estimate.low, estimate.high))))
+    if estimate.unit == "rad":
+        # Parameters in rad are angles between parts; those of probes are small motions.
+        factor, unit = 180 / math.pi, "deg"
     value, low, high = (f"{factor * one:.3g}" for one in (estimate.value, estimate.low, estimate.high))
     return f"{value}{f' {unit}' if unit else ''} ({low} to {high})"
 

@@ -1,6 +1,6 @@
 // Draws the figures of a gap report. Helpers: plots.js, which comes before this file; report.js calls from DRAW.
 
-const GAP_PANEL = { height: 200, least: 330, gap: 62 };
+const GAP_PANEL = { height: 200, least: 330, gap: 62, labelHeight: 6.4 };
 
 function gapColours() {
   return { measured: colour("ink"), before: colour("base"), after: colour("curve") };
@@ -40,16 +40,20 @@ function drawGapOrders(state) {
   const wide = state.canvas.clientWidth, columns = Math.max(1, Math.min(Math.floor(wide / GAP_PANEL.least), conditions.length, 3));
   const lines = Math.ceil(conditions.length / columns), log = state.scale === "log";
   const range = gapRange(rows, state.payload.probes[state.channel].noise, log);
-  const plan = layout(state.canvas, { height: lines * (GAP_PANEL.height + GAP_PANEL.gap) + 6, barmode: "overlay" });
-  plan.margin = { l: 52, r: 8, t: 22, b: 38 };
+  // Labels that do not fit side by side stand upright and need room below.
+  const longest = Math.max(...labels.map((one) => one.length));
+  const upright = LABEL_WIDTH * (longest + 1) * labels.length > wide / columns - 60;
+  const gap = GAP_PANEL.gap + (upright ? Math.max(GAP_PANEL.labelHeight * longest - 12, 0) : 0);
+  const plan = layout(state.canvas, { height: lines * (GAP_PANEL.height + gap) + 6, barmode: "overlay" });
+  plan.margin = { l: 52, r: 8, t: 22, b: gap - 24 };
   const inside = plan.height - plan.margin.t - plan.margin.b, space = 0.09, width = (1 - space * (columns - 1)) / columns;
   plan.annotations = [];
   const traces = [];
   conditions.forEach((condition, i) => {
     const column = i % columns, row = Math.floor(i / columns), name = i ? i + 1 : "";
-    const left = column * (width + space), top = 1 - (row * (GAP_PANEL.height + GAP_PANEL.gap)) / inside;
+    const left = column * (width + space), top = 1 - (row * (GAP_PANEL.height + gap)) / inside;
     const low = Math.max(top - GAP_PANEL.height / inside, 0);
-    plan["xaxis" + name] = axis("", { domain: [left, Math.min(left + width, 1)], anchor: "y" + name, range: [-0.6, labels.length - 0.4], tickvals: labels.map((_, k) => k), ticktext: labels, fixedrange: true, ticks: "" });
+    plan["xaxis" + name] = axis("", { domain: [left, Math.min(left + width, 1)], anchor: "y" + name, range: [-0.6, labels.length - 0.4], tickvals: labels.map((_, k) => k), ticktext: labels, tickangle: upright ? 90 : 0, fixedrange: true, ticks: "" });
     plan["yaxis" + name] = axis("", Object.assign({ domain: [low, top], anchor: "x" + name, range: range, fixedrange: true }, log ? { type: "log", dtick: 1, exponentformat: "power", minexponent: 3 } : { nticks: 5, exponentformat: "power" }));
     const note = (condition.heldOut ? " (held out)" : "") + (column ? "" : `, ${rows.unit}`);
     plan.annotations.push({ x: left, y: top, xref: "paper", yref: "paper", xanchor: "left", yanchor: "bottom", text: `<b>${plotText(condition.name)}</b>${plotText(note)}`, showarrow: false });

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 
 from ...simulators.effect import effect_catalogue
@@ -29,6 +30,7 @@ MOST_CANDIDATES = 8
 MOST_RESIDUALS = 10
 #: No probability is printed as certain or impossible, whatever rounding made of it.
 _DOUBT = 1e-6
+_PRINTED = {"um": " µm", "urad": " µrad", "deg": "°"}
 _HEADS = ("Line", "Probe", "Condition", "Measured", "Before", "After", "Sigma")
 
 
@@ -44,10 +46,10 @@ def causes_block(result: GapResult) -> str:
     """Return a card a cause, and what these data leave open."""
     cards = [_cause_card(one) for one in result.causes]
     if not cards:
-        cards = [f'<li class="card nothing"><p class="fault">{escape(headline(result))}</p>{_fit(result)}</li>']
+        cards = [f'<li class="card nothing"><p class="fault">{printed(headline(result))}</p>{_fit(result)}</li>']
     left_open = open_words(result)
     if left_open:
-        cards.append(f'<li class="card"><h3 class="fault">Still open</h3><p>{escape(left_open)}</p></li>')
+        cards.append(f'<li class="card"><h3 class="fault">Still open</h3><p>{printed(left_open)}</p></li>')
     return f'<ol class="cards">{"".join(cards)}</ol>'
 
 
@@ -176,10 +178,8 @@ def extended_block(result: GapResult) -> str:
 
 def printed(text: str) -> str:
     """Return words with units as a page prints them, escaped."""
-    shown = escape(text)
-    for plain, nice in ((" um", " µm"), (" urad", " µrad"), (" deg", "°"), ("m/s2", "m/s²")):
-        shown = shown.replace(plain, nice)
-    return shown
+    shown = re.sub(r"(?<=\d) (um|urad|deg)\b", lambda found: _PRINTED[found[1]], escape(text))
+    return shown.replace("m/s2", "m/s²")
 
 
 def _percent(probability: float) -> str:

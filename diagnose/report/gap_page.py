@@ -22,6 +22,7 @@ from .gap_blocks import (
     extended_block,
     gain_block,
     left_out_block,
+    printed,
     residual_table,
     warnings_block,
 )
@@ -71,7 +72,7 @@ def render_gap(result: GapResult, *, title: str = "", notes: Sequence[str] = ())
     body = (
         '<main><article class="file" data-payload="gap">'
         f'<p class="kicker"><b>rotorwise</b> gap · <span class="path">{escape(name)}</span> · {made}</p>'
-        f'<h1 class="verdict">{escape(first)}</h1><p class="lead">{escape(rest)}</p>'
+        f'<h1 class="verdict">{printed(first)}</h1><p class="lead">{printed(rest)}</p>'
         f"{warnings_block((*notes, *result.remarks))}"
         f'<div class="answer"><section><h2>Cause</h2>{causes_block(result)}</section>'
         f"<section><h2>Candidates</h2>{candidates_block(result)}<h2>Gain</h2>{gain_block(result.gain)}</section></div>"

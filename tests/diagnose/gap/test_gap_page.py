@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from rotorwise.diagnose.gap.result import KINDS
 from rotorwise.diagnose.gap.words import headline, hypothesis_words, sentence_of
 from rotorwise.diagnose.report.encode import to_json
+from rotorwise.diagnose.report.gap_blocks import printed
 from rotorwise.diagnose.report.gap_figures import gap_payload
 from rotorwise.diagnose.report.gap_page import render_gap, write_gap_page
 from rotorwise.diagnose.report.text import escape
@@ -53,7 +54,7 @@ def test_page_says_the_verdict_first_and_holds_the_rest(kind: str) -> None:
     result = made(kind)
     page = render_gap(result, title="<pump>", notes=("Channel Z is not compared: no such probe.",))
     words = bare(page)
-    assert words.index(escape(headline(result))) < words.index("<h2")
+    assert words.index(printed(headline(result))) < words.index("<h2")
     assert "&lt;pump&gt;" in words
     assert "Channel Z is not compared" in words
     assert "speed wander, rub: nothing at constant speed." in words
@@ -74,7 +75,14 @@ def test_verdict_is_told_once_and_whole() -> None:
     assert head
     assert lead
     said = sorted(f"{head[1]} {lead[1]}".split())
-    assert said == sorted(escape(sentence_of(made("one cause"))).split())
+    assert said == sorted(printed(sentence_of(made("one cause"))).split())
+
+
+def test_units_are_printed_as_read_and_words_left_alone() -> None:
+    assert (
+        printed("bow 50 um (40 to 60), angle 30 deg, 2 m/s2 <b>") == "bow 50 µm (40 to 60), angle 30°, 2 m/s² &lt;b&gt;"
+    )
+    assert printed("5 degrees umpteen deg") == "5 degrees umpteen deg"
 
 
 def test_page_needs_no_network_and_runs_only_its_own_scripts() -> None:
@@ -101,7 +109,7 @@ def test_only_a_page_is_replaced(tmp_path: Path) -> None:
     with pytest.raises(ReportFileError, match="exists already"):
         write_gap_page(made("none"), path)
     write_gap_page(made("unknown"), path, force=True)
-    assert escape(headline(made("unknown"))) in path.read_text(encoding="utf-8")
+    assert printed(headline(made("unknown"))) in path.read_text(encoding="utf-8")
     with pytest.raises(ReportFileError, match="no HTML page"):
         write_gap_page(made("none"), mine, force=True)
     assert mine.read_text() == "mine"
