@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .layout import ROWS, SINGLE_LANE_ROWS
+from .layout import ROWS
 
 #: Output frequencies up to this share of the output rate are passed; 0.6 and above is stopped, so that nothing folds
 #: back below 0.4.
@@ -47,8 +47,7 @@ class Decimator:
         channels, width = block.shape[1], self.taps.size
         count = max(0, (held - width) // self.factor + 1)
         # Samples together make one product with a matrix that has the taps in each row, moved on by the factor.
-        rows = SINGLE_LANE_ROWS if channels == 1 else ROWS
-        tiles = -(-count // rows)
+        rows, tiles = ROWS, -(-count // ROWS)
         columns = width + (rows - 1) * self.factor
         size = rows * columns, (held + rows * self.factor) * channels, tiles * rows * channels
         if self._room.size < sum(size):

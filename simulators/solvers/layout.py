@@ -13,8 +13,9 @@ from .block_form import BlockForm
 from .plan import ForcePlan
 from .tables import StepTables, jump_tables
 
-#: Products work on blocks of at least so many rows, for a single lane and for several; tables are filled up with zeros.
-SINGLE_LANE_ROWS, ROWS = 8, 4
+#: Products work on blocks of at least so many rows; tables are filled up with zeros. Not more: tables that no longer
+#: fit the cache of the first level (48 KiB, 6000 numbers) double the cost of a single lane's step.
+ROWS = 4
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,7 @@ def step_layout(form: BlockForm, system: System, tables: StepTables, lanes: int)
         diagonals[0, 1:], diagonals[2, :-1] = tables.full[index[1:], index[:-1]], tables.full[index[:-1], index[1:]]
     else:
         groups[0].append((y, tables.full, following))
-    return _filled(groups, rows, diagonals, u1 + 4 * m + SINGLE_LANE_ROWS, lanes)
+    return _filled(groups, rows, diagonals, u1 + 4 * m + 2 * ROWS, lanes)
 
 
 def _filled(groups: list[list[Any]], rows: np.ndarray, diagonals: np.ndarray, height: int, lanes: int) -> Layout:
@@ -98,8 +99,7 @@ def _filled(groups: list[list[Any]], rows: np.ndarray, diagonals: np.ndarray, he
         for source, matrix, target in group:
             if not matrix.size:
                 continue
-            whole = SINGLE_LANE_ROWS if lanes == 1 else ROWS
-            height_of_it, columns = -(-matrix.shape[0] // whole) * whole, matrix.shape[1]
+            height_of_it, columns = -(-matrix.shape[0] // ROWS) * ROWS, matrix.shape[1]
             block = np.zeros((height_of_it, columns))
             block[: matrix.shape[0]] = matrix
             blocks.append((block.T if lanes == 1 else block).ravel())

@@ -17,7 +17,7 @@ from numba.extending import intrinsic
 from .kernel_types import OPTIONS, PRODUCTS
 
 #: Rows of a single lane that are summed together; tables are filled up to the smallest.
-HEIGHTS = (32, 24, 16, 8)
+HEIGHTS = (32, 24, 16, 8, 4)
 #: Rows and lanes that are summed together.
 TILE_ROWS, TILE_LANES = 4, 8
 _DOUBLE, _WORD = ir.DoubleType(), ir.IntType(64)
