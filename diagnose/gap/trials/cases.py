@@ -117,10 +117,20 @@ def make_case(machine: str, *, number: int, seed: int, snr_db: float, family: st
         For a value that is not allowed.
     """
     check(machine, seed=seed, snr_db=snr_db, family=family)
-    words = [FAMILIES.index(family), zlib.crc32(machine.encode()), seed]
+    kind, drifts = kind_of(machine, number=number, seed=seed, family=family)
+    generator = np.random.default_rng([*_words(machine, seed, family), number, 0])
+    return _made(find_machine(machine), kind, drifts, number, snr_db, generator)
+
+
+def kind_of(machine: str, *, number: int, seed: int, family: str) -> tuple[str, bool]:
+    """Return the kind of a trial, and whether the machine drifts between its records."""
+    words = _words(machine, seed, family)
     order = np.random.default_rng([*words, number // len(_TWENTY), 1]).permutation(len(_TWENTY))
-    kind, drifts = _TWENTY[order[number % len(_TWENTY)]]
-    return _made(find_machine(machine), kind, drifts, number, snr_db, np.random.default_rng([*words, number, 0]))
+    return _TWENTY[order[number % len(_TWENTY)]]
+
+
+def _words(machine: str, seed: int, family: str) -> list[int]:
+    return [FAMILIES.index(family), zlib.crc32(machine.encode()), seed]
 
 
 def check(machine: str, *, seed: int, snr_db: float, family: str) -> None:
@@ -275,7 +285,7 @@ def _hide(
         try:
             first, *others = scene.run(truth, *(poorer if kind == "two" else ()))
             without = others or [unhidden]
-            runs = _with_wrong_law(scene, first, without, effects, generator)
+            runs = with_wrong_law(scene.orders, first, without, effects, generator)
             # Of the effect alone: the other one's wrong law does not count.
             sizes = [scene.d2(first, truth, own, less) for own, less in zip(without, poorer, strict=True)]
         except RotorwiseError:
@@ -286,8 +296,8 @@ def _hide(
     raise InvalidValueError(f"Trial of {base.name}: {MOST_DRAWS} draws of effects could not be simulated; give a seed.")
 
 
-def _with_wrong_law(
-    scene: Scene,
+def with_wrong_law(
+    orders: np.ndarray,
     runs: Sequence[Simulation],
     without: Sequence[Sequence[Simulation]],
     effects: Sequence[Effect],
@@ -299,11 +309,11 @@ def _with_wrong_law(
     """
     changed = [run.signals.copy() for run in runs]
     for effect, poorer in zip(effects, without, strict=True):
-        wrong = LAW_ERROR * generator.normal(size=(scene.orders.size, 2)) @ np.array([1, 1j]) / math.sqrt(2)
+        wrong = LAW_ERROR * generator.normal(size=(orders.size, 2)) @ np.array([1, 1j]) / math.sqrt(2)
         if effect.STAGE not in ("structure", "force"):
             continue
         for signals, run, less in zip(changed, runs, poorer, strict=True):
-            both = [lines_of(r.signals, r.phase_rad, scene.orders, rate_hz=r.rate_hz).amplitudes for r in (run, less)]
-            turning = np.exp(1j * scene.orders[:, None] * run.phase_rad)
+            both = [lines_of(r.signals, r.phase_rad, orders, rate_hz=r.rate_hz).amplitudes for r in (run, less)]
+            turning = np.exp(1j * orders[:, None] * run.phase_rad)
             signals += (((both[0] - both[1]) * wrong) @ turning).real
     return [replace(run, signals=signals) for run, signals in zip(runs, changed, strict=True)]
