@@ -83,19 +83,23 @@ function drawGapConditions(state) {
     hovertemplate: `%{text}<br>${word}: %{y:.4g} ${unit}<extra></extra>`,
   }, look);
   const measured = trace(sources[0], "measured", {
-    mode: "markers", marker: { color: tints.measured, size: 10, symbol: at.order.map((i) => (all[i].heldOut ? "circle-open" : "diamond")), line: { width: 2 } },
+    mode: "markers", marker: { color: tints.measured, size: 10, symbol: at.order.map((i) => (all[i].heldOut ? "circle-open" : "diamond-open")), line: { width: 2 } },
   });
   if (!phase) measured.error_y = { type: "data", array: picked(probe.noise).map((value) => 2 * value), color: tints.measured, thickness: 1, width: 3 };
   const traces = [
     trace(sources[1], "simulated before", { line: { color: tints.before, width: 1.5, dash: "dash" }, marker: { color: tints.before, size: 8, symbol: "square" } }),
-    trace(sources[2], "simulated after", { line: { color: tints.after, width: 1.5 }, marker: { color: tints.after, size: 8, symbol: "triangle-up" } }),
+    trace(sources[2], "simulated after", { line: { color: tints.after, width: 1.5 }, marker: { color: tints.after, size: 6, symbol: "circle" } }),
     measured,
   ];
   const top = highest(traces.map((one) => one.y).flat(), 1) || 1;
-  return show(state.canvas, traces, layout(state.canvas, {
-    xaxis: axis(at.numeric ? "Speed (rpm)" : "", at.numeric ? {} : { type: "category" }),
+  const longest = at.numeric ? 0 : Math.max(...at.x.map((one) => one.length));
+  const upright = LABEL_WIDTH * (longest + 1) * at.x.length > state.canvas.clientWidth - MARGIN.left - MARGIN.right;
+  const plan = layout(state.canvas, {
+    xaxis: axis(at.numeric ? "Speed (rpm)" : "", at.numeric ? {} : { type: "category", tickangle: upright ? 90 : 0 }),
     yaxis: axis(`${plotText(state.payload.orders[line])} (${unit})`, phase ? { range: [-190, 190], dtick: 90 } : { range: [0, 1.08 * top], exponentformat: "power" }),
-  }));
+  });
+  if (!at.numeric && upright) { plan.margin.b = 14 + GAP_PANEL.labelHeight * longest; plan.height += plan.margin.b - MARGIN.bottom; }
+  return show(state.canvas, traces, plan);
 }
 
 DRAW["gap-orders"] = drawGapOrders;

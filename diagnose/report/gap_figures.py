@@ -11,7 +11,7 @@ from ..gap.result import GapResult
 from ..gap.words import line_words, mesh_orders, readable_unit
 from .encode import numbers
 from .figures import figure
-from .text import display_unit, escape
+from .text import escape
 
 _LEGEND = (
     '<p class="legend gap-legend"><span class="key-measured">measured</span>'
@@ -28,7 +28,7 @@ def gap_payload(result: GapResult) -> dict[str, Any]:
     gears = mesh_orders(result.machine)
     return {
         "conditions": [
-            {"name": _printed(str(one)), "speed": one.speed_rpm, "load": one.load, "heldOut": i in result.gain.held_out}
+            {"name": str(one), "speed": one.speed_rpm, "load": one.load, "heldOut": i in result.gain.held_out}
             for i, one in enumerate(measured.conditions)
         ],
         "orders": [line_words(order, gears) for order in measured.orders],
@@ -117,4 +117,4 @@ def _chooser(role: str, label: str, names: list[str], chosen: int) -> str:
 
 
 def _printed(text: str) -> str:
-    return {"um": "µm", "urad": "µrad", "deg": "°"}.get(text) or display_unit(text)[1] or text
+    return {"um": "µm", "urad": "µrad", "m/s2": "m/s²"}.get(text, text)

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rotorwise.diagnose.gap.lines import OrderLines
 from rotorwise.diagnose.gap.result import KINDS
 from rotorwise.diagnose.gap.words import headline, hypothesis_words, sentence_of
 from rotorwise.diagnose.report.encode import to_json
@@ -22,6 +23,7 @@ from rotorwise.diagnose.report.gap_figures import gap_payload
 from rotorwise.diagnose.report.gap_page import render_gap, write_gap_page
 from rotorwise.diagnose.report.text import escape
 from rotorwise.diagnose.report.write import ReportFileError
+from rotorwise.simulators.machine import find_machine
 
 from .made_results import CONDITIONS, ORDERS, PROBES, made
 
@@ -47,6 +49,30 @@ def test_pictures_hold_the_lines_in_readable_units() -> None:
     # A line that cannot be seen is not drawn.
     assert payload["probes"][0]["measured"][0][3] is None
     assert payload["probes"][0]["noise"][0][3] is None
+
+
+@pytest.mark.parametrize(
+    ("machine", "probe", "size", "unit", "factor"),
+    [
+        ("amb_rotor", "path_1", 2e-6, "µm", 1e6),
+        ("amb_rotor", "path_1", 2e-2, "mm", 1e3),
+        ("gearbox", "pinion velocity y", 2e-3, "mm/s", 1e3),
+        ("gearbox", "pinion velocity y", 2.0, "m/s", 1.0),
+        ("gearbox", "pinion torsional velocity", 2.0, "rad/s", 1.0),
+        ("gearbox", "accelerometer", 2.0, "m/s²", 1.0),
+    ],
+)
+def test_unit_and_number_belong_together(machine: str, probe: str, size: float, unit: str, factor: float) -> None:
+    lines = np.full((1, 1, 1), size * 1j)
+    result = replace(
+        made("none"),
+        machine=find_machine(machine),
+        measured=OrderLines((CONDITIONS[0],), (probe,), (1.0,), lines, 1e-3 * abs(lines)),
+        before=lines,
+        after=lines,
+    )
+    drawn = json.loads(to_json(gap_payload(result)))["probes"][0]
+    assert (drawn["unit"], drawn["measured"]) == (unit, [[pytest.approx(factor * size, rel=1e-3)]])
 
 
 @pytest.mark.parametrize("kind", KINDS)
