@@ -30,6 +30,8 @@ FREE_ANGLE = 1.8
 NEGLIGIBLE = 2e-3
 STEP = 1e-3
 MOST_STEPS = 6
+#: Times that the slopes are computed anew in a calibration, and change of a coordinate that does not ask for it.
+LINEARISED, NEAR = 3, 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,10 +106,6 @@ def linearised(
         moved[i] += step
         slopes[i] = (predictor.amplitudes(machine_at(machine, coordinates, moved)) - lines) / step
     probes = lines.shape[1]
-    gains = np.zeros((2 * probes, *lines.shape), dtype=complex)
-    for probe in range(probes):
-        gains[2 * probe, :, probe] = lines[:, probe]
-        gains[2 * probe + 1, :, probe] = 1j * lines[:, probe]
     prior = [FREE_ANGLE if c.is_angle else 1.0 for c in coordinates] + [GAIN_DEVIATION] * (2 * probes)
     return Baseline(
         machine=here,
@@ -116,17 +114,40 @@ def linearised(
         given=given,
         active=active,
         lines=lines,
-        slopes=np.concatenate([slopes, gains]),
+        slopes=np.concatenate([slopes, _gain_slopes(lines)]),
         prior=np.array(prior),
         prior_mean=np.concatenate([given - position, np.zeros(2 * probes)]),
     )
 
 
-def moved(baseline: Baseline, machine: Machine, change: np.ndarray, predictor: Predictor) -> Baseline:
-    """Return the baseline with its coordinates changed and linearised again; ``machine`` may carry effects."""
-    return linearised(
-        machine, baseline.coordinates, baseline.position + change, baseline.given, baseline.active, predictor
+def shifted(baseline: Baseline, machine: Machine, change: np.ndarray, predictor: Predictor) -> Baseline:
+    """Return the baseline with its coordinates changed; the slopes are kept, those of the gains follow the lines."""
+    position = baseline.position + change
+    here = machine_at(machine, baseline.coordinates, position)
+    lines = predictor.amplitudes(here)
+    own = position.size
+    return replace(
+        baseline,
+        machine=here,
+        position=position,
+        lines=lines,
+        slopes=np.concatenate([baseline.slopes[:own], _gain_slopes(lines)]),
+        prior_mean=np.concatenate([baseline.given - position, baseline.prior_mean[own:]]),
     )
+
+
+def again(baseline: Baseline, machine: Machine, predictor: Predictor) -> Baseline:
+    """Return the baseline linearised anew at its position; ``machine`` may carry effects, ``predictor`` be another."""
+    return linearised(machine, baseline.coordinates, baseline.position, baseline.given, baseline.active, predictor)
+
+
+def _gain_slopes(lines: np.ndarray) -> np.ndarray:
+    probes = lines.shape[1]
+    gains = np.zeros((2 * probes, *lines.shape), dtype=complex)
+    for probe in range(probes):
+        gains[2 * probe, :, probe] = lines[:, probe]
+        gains[2 * probe + 1, :, probe] = 1j * lines[:, probe]
+    return gains
 
 
 def calibrated(
@@ -137,22 +158,29 @@ def calibrated(
     Only the healthy conditions are used; ``predictor`` is for those.
     """
     current = start(machine, predictor, tell=tell)
+    for count in range(LINEARISED):
+        tell(f"calibration, step {count + 1}")
+        found = _descended(current, machine, healthy, predictor)
+        far = np.abs(found.position - current.position).max(initial=0.0) > NEAR
+        current = again(found, machine, predictor) if found is not current else current
+        if not far:
+            break
+    return current
+
+
+def _descended(current: Baseline, machine: Machine, healthy: OrderLines, predictor: Predictor) -> Baseline:
+    """Return the baseline where Gauss-Newton steps with constant slopes end."""
     error = model_error(current.lines, {}, healthy)
     best = _objective(current, healthy, error)
-    for count in range(MOST_STEPS):
-        tell(f"calibration, step {count + 1}")
-        move = _newton_step(current, healthy, error)[: len(current.coordinates)]
-        accepted = None
+    for _ in range(MOST_STEPS):
+        move = np.where(current.active, _newton_step(current, healthy, error)[: current.position.size], 0.0)
+        gained = 0.0
         for share in (1.0, 0.3, 0.1):
-            limited = share * np.clip(move, -1.0, 1.0)
-            trial = moved(current, machine, np.where(current.active, limited, 0.0), predictor)
+            trial = shifted(current, machine, share * np.clip(move, -1.0, 1.0), predictor)
             value = _objective(trial, healthy, error)
             if value < best:
-                accepted, gained, best = trial, best - value, value
+                current, gained, best = trial, best - value, value
                 break
-        if accepted is None:
-            break
-        current = accepted
         if gained < 0.1:
             break
     return current

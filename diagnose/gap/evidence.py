@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .baseline import Baseline, error_covariance, moved, noise_covariance
+from .baseline import Baseline, error_covariance, noise_covariance, shifted
 from .lines import OrderLines, joined, stacked
 from .predict import Predictor
 
@@ -106,8 +106,8 @@ class Problem:
         machine = self.baseline.machine
         there = self.at_healthy
         if there is not None and change[there.active].any():
-            there = moved(there, machine, change, self.healthy_predictor)
-        return replace(self, baseline=moved(self.baseline, machine, change, self.predictor), at_healthy=there)
+            there = shifted(there, machine, change, self.healthy_predictor)
+        return replace(self, baseline=shifted(self.baseline, machine, change, self.predictor), at_healthy=there)
 
     def around(self, baseline: Baseline, response: np.ndarray) -> Comparison:
         """Return the lines against a machine with effects, linearised with them, that add ``response``."""

@@ -10,7 +10,7 @@ import numpy as np
 from ...datasets.recording import Campaign, Recording
 from ...simulators.errors import InvalidValueError
 from ...simulators.machine import Machine
-from .baseline import Baseline, calibrated, model_error, moved, residual_error
+from .baseline import Baseline, again, calibrated, model_error, residual_error
 from .evidence import Problem
 from .gain import measured_gain
 from .hypotheses import Candidate, candidates
@@ -137,7 +137,7 @@ def prepare(campaign: Campaign, machine: Machine, *, tell: Tell = lambda _: None
     to_calibrate = healthy or measured.select(fitted)
     own = _predictor(healthy, campaign.baseline) if healthy else predictor.select(fitted)
     at_calibration = calibrated(machine, to_calibrate, own, tell=tell)
-    baseline = moved(at_calibration, at_calibration.machine, np.zeros(at_calibration.position.size), predictor)
+    baseline = again(at_calibration, at_calibration.machine, predictor)
     error = residual_error(at_calibration, healthy) if healthy else model_error(at_calibration.lines, {}, to_calibrate)
     return Prepared(
         measured,

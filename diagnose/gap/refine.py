@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...simulators.machine import Machine
-from .baseline import linearised
+from .baseline import again, shifted
 from .coordinates import Coordinate, log_prior, values_at
 from .evidence import Comparison, Problem, Widened, law_columns, log_density
 from .hypotheses import Candidate
@@ -20,8 +20,8 @@ FIRST_STEPS, MOST_STEPS = 3, 12
 #: Least precision of an angle: of a flat prior on a full circle.
 CIRCLE_PRECISION = 12 / (2 * math.pi) ** 2
 LONGEST_MOVE = 1.0
-#: Times that the machine's own unknowns are moved, and change of their coordinates that is not worth another time.
-MOST_REBASES, SMALL_CHANGE = 4, 0.03
+#: Change of the machine's own coordinates that is not worth another round.
+SMALL_CHANGE = 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,37 +153,39 @@ def _response(
     return lambda position: predictor.amplitudes(with_candidates(machine, chosen, position)) - base
 
 
-def jointly(fit: Fit, problem: Problem) -> Fit:
-    """Return the fit with the machine's own unknowns fitted beside the effects, and linearised with them in place.
+def jointly(fit: Fit, problem: Problem, *, moves: int) -> Fit:
+    """Return the fit with the machine's own unknowns linearised with the effects in place, and moved ``moves`` times.
 
-    In turn: the effects' values at fixed unknowns, then the unknowns' most probable change (Gauss-Newton).
+    In turn: the effects' values at fixed unknowns, then the unknowns' most probable change (Gauss-Newton with constant
+    slopes).
     """
+    baseline = problem.baseline
+    everything = replace(baseline, active=np.ones(baseline.position.size, dtype=bool))
+    try:
+        around = again(everything, fit.machine(baseline.machine), problem.predictor)
+    except UnpredictableError:
+        return fit
     best = fit
-    for _ in range(MOST_REBASES):
+    for count in range(moves + 1):
         baseline = problem.baseline
         try:
-            around = linearised(
-                fit.machine(baseline.machine),
-                baseline.coordinates,
-                baseline.position,
-                baseline.given,
-                np.ones(baseline.position.size, dtype=bool),
-                problem.predictor,
+            around = shifted(
+                around, fit.machine(baseline.machine), baseline.position - around.position, problem.predictor
             )
         except UnpredictableError:
-            return best
+            break
         compared = problem.around(around, fit.response)
         # The residual is against the machine with the effects: their response is put back, to be fitted anew.
         without = replace(compared, residual=compared.residual + compared.whitened(fit.response))
         found = refined(fit.candidates, fit.position, without, baseline.machine, problem.predictor)
         if found is None:
-            return best
+            break
         fit = replace(found, problem=problem)
         if best.problem is None or fit.log_evidence > best.log_evidence:
             best = fit
         learnt = compared.learnt @ Widened(fit.law).solve(fit.residual)
         change = np.clip((compared.known + learnt)[: baseline.position.size], -1.0, 1.0)
-        if np.abs(change).max(initial=0.0) < SMALL_CHANGE:
+        if count == moves or np.abs(change).max(initial=0.0) < SMALL_CHANGE:
             break
         problem = problem.moved(change)
     return best

@@ -19,6 +19,10 @@ PRIOR = {"none": 0.4, "one": 0.4, "two": 0.1, "unknown": 0.1}
 #: Effects of which a few steps are made, of these the ones followed to the end, and of these the ones compared with the
 #: machine re-fitted beside them.
 REFINED, FINISHED, JOINT = 8, 4, 3
+#: The machine's own unknowns are moved so often for hypotheses whose evidence is this close to the best.
+MOVES, CLOSE = 3, 30.0
+#: An effect with so much less evidence than nothing at all is not followed.
+HOPELESS = 5.0
 #: Parts and variants of one effect that are followed.
 PLACES = 2
 #: Starts of one effect.
@@ -133,7 +137,8 @@ def search(
     begun.sort(key=lambda item: item[0].objective)
     found = [refined([one], first.position, compared, machine, predictor) for first, one in begun[:FINISHED]]
     singles = [fit for fit in found if fit]
-    singles = _jointly_best(singles, problem)
+    singles = [fit for fit in singles if fit.log_evidence > none.log_evidence - HOPELESS]
+    singles = _jointly_best(singles, problem) if singles else []
     pairs = _pairs(singles, screening, problem, tell) if singles else []
     unknown = unexplained(compared, kernels)
     fits = tuple(sorted([*singles, *pairs], key=lambda fit: -fit.log_evidence))
@@ -155,7 +160,10 @@ def _few_of_each(screened: list[list[Start]]) -> list[list[Start]]:
 
 def _jointly_best(fits: list[Fit], problem: Problem) -> list[Fit]:
     ranked = sorted(fits, key=lambda fit: -fit.log_evidence)
-    return [jointly(fit, problem) for fit in ranked[:JOINT]] + ranked[JOINT:]
+    joint = sorted((jointly(fit, problem, moves=0) for fit in ranked[:JOINT]), key=lambda fit: -fit.log_evidence)
+    close = [fit for fit in joint if fit.log_evidence > joint[0].log_evidence - CLOSE]
+    moved = [jointly(fit, problem, moves=MOVES) if fit in close else fit for fit in joint]
+    return moved + ranked[JOINT:]
 
 
 def _pairs(
@@ -184,7 +192,7 @@ def _pairs(
     kept: dict[tuple[str, ...], Fit] = {}
     for fit in sorted(found, key=lambda fit: -fit.log_evidence):
         kept.setdefault(fit.names, fit)
-    joint = [jointly(fit, problem) for fit in list(kept.values())[:2]]
+    joint = [jointly(fit, problem, moves=MOVES) for fit in list(kept.values())[:1]]
     return [fit for fit in joint if fit.log_evidence > best + PAIR_MARGIN]
 
 

@@ -69,6 +69,13 @@ def unexplained(compared: Comparison, kernels: np.ndarray | None) -> Unknown:
         needed = gain - price > LEAST_GAIN
         chosen.append(size * options[int(as_force[-1])] if needed else None)
         cost += price if needed else 0.0
+    if all(part is None for part in chosen):
+        # Nothing is left over: that something is there all the same has to pay for at least one order.
+        nothing = compared.log_constant - 0.5 * float(compared.residual @ compared.residual)
+        size = len(chosen)
+        return Unknown(
+            nothing - LEAST_GAIN, np.zeros(compared.seen.shape, dtype=complex), np.zeros(size), (False,) * size
+        )
     # Sizes were chosen order by order; what they are worth together is the density of all lines.
     kept = [part for part in chosen if part is not None]
     together = sum(kept) if kept else np.zeros_like(compared.covariance)

@@ -1,0 +1,54 @@
+"""Standard coordinates: values and priors there and back."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rotorwise.diagnose.gap.coordinates import Coordinate, log_prior
+from rotorwise.simulators.parameter import LogNormal, Normal, Parameter, Uniform
+
+
+def _coordinate(prior, unit="", bounds=(-1e9, 1e9)) -> Coordinate:
+    return Coordinate(Parameter("p", unit, prior.median, bounds, "a number", "test", prior, None))
+
+
+PRIORS = [LogNormal(2.0, 3.0), Normal(-1.0, 0.5), Uniform(2.0, 5.0)]
+
+
+@pytest.mark.parametrize("prior", PRIORS)
+@settings(deadline=None)
+@given(z=st.floats(-3, 3))
+def test_value_and_back(prior, z):
+    one = _coordinate(prior)
+    assert one.coordinate(one.value(z)) == pytest.approx(z, abs=1e-6)
+
+
+@pytest.mark.parametrize("prior", PRIORS)
+def test_the_prior_in_the_coordinate_is_the_prior_of_the_value(prior):
+    # p(z) = p(value) |d value / d z|, by central differences.
+    one = _coordinate(prior)
+    for z in (-1.3, 0.0, 0.7):
+        slope = (one.value(z + 1e-5) - one.value(z - 1e-5)) / 2e-5
+        expected = prior.log_density(one.value(z)) + math.log(slope)
+        assert log_prior([one], np.array([z])) == pytest.approx(expected, abs=1e-6)
+
+
+def test_an_angle_has_no_ends():
+    one = _coordinate(Uniform(-math.pi, math.pi), unit="rad", bounds=(-2 * math.pi, 2 * math.pi))
+    assert one.is_angle
+    assert one.value(0.3 + 4 * math.pi) == pytest.approx(0.3)
+    assert log_prior([one], np.array([17.0])) == pytest.approx(-math.log(2 * math.pi))
+    assert not _coordinate(Uniform(0.0, math.pi), unit="rad").is_angle
+
+
+@pytest.mark.parametrize("prior", PRIORS)
+def test_quantiles_are_equally_likely(prior):
+    from scipy.special import ndtr
+
+    assert ndtr(_coordinate(prior).quantiles(5)) == pytest.approx([0.1, 0.3, 0.5, 0.7, 0.9])
+
+
+def test_values_stay_within_bounds():
+    assert _coordinate(LogNormal(1.0, 3.0), bounds=(0.5, 2.0)).value(5.0) == 2.0

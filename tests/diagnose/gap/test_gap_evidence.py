@@ -1,0 +1,79 @@
+"""The Gaussian comparison against brute force."""
+
+import numpy as np
+import pytest
+from rotorwise.diagnose.gap.baseline import Baseline, error_covariance, noise_covariance
+from rotorwise.diagnose.gap.evidence import Widened, comparison, log_density
+from rotorwise.diagnose.gap.lines import Condition, OrderLines, joined, stacked
+
+GENERATOR = np.random.default_rng(4)
+PROBES, ORDERS = ("a", "b"), (1.0, 2.0)
+
+
+def _complex(*shape: int) -> np.ndarray:
+    return GENERATOR.normal(size=shape) + 1j * GENERATOR.normal(size=shape)
+
+
+def _lines(speeds: tuple[float, ...]) -> OrderLines:
+    shape = (len(speeds), 2, 2)
+    deviations = 0.3 + GENERATOR.random(shape)
+    deviations[0, 1, 1] = np.inf
+    return OrderLines(tuple(Condition(s) for s in speeds), PROBES, ORDERS, _complex(*shape), deviations)
+
+
+def _baseline(count: int, prior: np.ndarray, mean: np.ndarray) -> Baseline:
+    nothing = np.zeros(0)
+    return Baseline(
+        None,
+        (),
+        nothing,
+        nothing,
+        nothing.astype(bool),
+        _complex(count, 2, 2),
+        _complex(prior.size, count, 2, 2),
+        prior,
+        mean,
+    )
+
+
+def test_conditioning_on_the_healthy_lines_is_that_of_the_joint_gaussian():
+    healthy, lines = _lines((600.0, 900.0, 1200.0)), _lines((650.0, 1300.0))
+    prior, mean = np.array([0.7, 1.1, 0.2]), np.array([0.1, -0.3, 0.0])
+    at_healthy, baseline = _baseline(3, prior, mean), _baseline(2, prior, mean)
+    error = np.array([[0.2, 0.4], [0.1, 0.3]])
+    found = comparison(lines, baseline, healthy, at_healthy, error)
+
+    both = joined(healthy, lines)
+    slopes = stacked(np.concatenate([at_healthy.slopes, baseline.slopes], axis=1), both.seen)
+    whole = slopes.T @ np.diag(prior**2) @ slopes + error_covariance(both.conditions, error, both.seen)
+    whole += noise_covariance(both)
+    model = np.concatenate([at_healthy.lines, baseline.lines]) + np.tensordot(
+        mean, np.concatenate([at_healthy.slopes, baseline.slopes], axis=1), 1
+    )
+    left = stacked(both.amplitudes - model, both.seen)
+    first = np.zeros(both.seen.shape, dtype=bool)
+    first[:3] = True
+    rows = np.tile(first[both.seen], 2)
+    weights = whole[np.ix_(~rows, rows)] @ np.linalg.inv(whole[np.ix_(rows, rows)])
+    covariance = whole[np.ix_(~rows, ~rows)] - weights @ whole[np.ix_(rows, ~rows)]
+    residual = left[~rows] - weights @ left[rows]
+    assert found.factor @ found.residual == pytest.approx(residual, rel=1e-8)
+    assert found.covariance == pytest.approx(covariance, rel=1e-8, abs=1e-10)
+    # The unknowns given all lines: known + learnt . whitened residual.
+    cross = np.diag(prior**2) @ slopes
+    everything = mean + cross @ np.linalg.solve(whole, left)
+    assert found.known + found.learnt @ found.residual == pytest.approx(everything, rel=1e-8)
+
+
+def test_widened_density_is_the_plain_gaussian_one():
+    from scipy.stats import multivariate_normal
+
+    lines = _lines((600.0, 900.0))
+    compared = comparison(lines, _baseline(2, np.ones(2), np.zeros(2)), None, None, np.full((2, 2), 0.1))
+    directions = 0.5 * GENERATOR.normal(size=(3, compared.residual.size))
+    widened = Widened(directions)
+    inside = np.eye(compared.residual.size) + directions.T @ directions
+    assert widened.solve(compared.residual) == pytest.approx(np.linalg.solve(inside, compared.residual))
+    covariance = compared.factor @ inside @ compared.factor.T
+    expected = multivariate_normal(np.zeros(len(covariance)), covariance).logpdf(compared.factor @ compared.residual)
+    assert log_density(compared, compared.residual, widened) == pytest.approx(expected)
