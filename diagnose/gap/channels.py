@@ -174,8 +174,10 @@ def _reason(channel: Channel, probes: Sequence[Probe], found: Mapping[int, str])
     near = [p.name for p in probes if _same_way(channel, p) and p.name not in found.values()]
     if near:
         return f"could be {' or '.join(near)}: say which with --probe"
-    where = ", ".join(filter(None, (channel.direction, channel.location)))
-    return f"{_words(channel.quantity)}{f', {where}' if where else ', direction not known'}: no such probe left"
+    if channel.direction is None:
+        return f"{_words(channel.quantity)}, direction not known: say with --probe which probe it is"
+    where = f"{channel.direction}, {channel.location}" if channel.location else channel.direction
+    return f"{_words(channel.quantity)}, {where}: the machine has no such probe that is free"
 
 
 def _probe_words(probe: Probe) -> str:

@@ -97,13 +97,21 @@ def headline(result: GapResult) -> str:
         return f"The model explains the data, probability {none}: no effect is needed."
     if result.kind == "unknown":
         stated = probability_words(result.probabilities.get(("unknown",), math.nan))
-        return f"Something acts that no effect of the catalogue explains, probability {stated}."
+        where = f", clearest in {_place_words(result)}" if result.residuals else ""
+        return f"Something acts that no effect of the catalogue explains{where}, probability {stated}."
     if result.kind == "cannot tell":
         best = [(names, p) for names, p in result.probabilities.items() if p >= 0.01][:3]
         words = [f"{hypothesis_words(names)} {probability_words(p)}" for names, p in best]
         return f"These data cannot tell why: {', '.join(words)}." if words else "These data cannot tell why."
     named = [f"{cause_words(one)}, probability {probability_words(one.probability)}" for one in result.causes]
     return f"{'Cause' if len(named) == 1 else 'Causes'}: {'; and '.join(named)}."
+
+
+def _place_words(result: GapResult) -> str:
+    """Return the line, the probe and the condition of the largest residual."""
+    largest = max(result.residuals, key=lambda line: line.sigma)
+    line = line_words(largest.order, mesh_orders(result.machine))
+    return f"{line} at {largest.probe} and {result.measured.conditions[largest.condition]}"
 
 
 def cause_words(cause: Cause) -> str:

@@ -144,7 +144,7 @@ def test_verdict_of_one_cause_says_gap_cause_what_is_open_and_gain() -> None:
     [
         ("none", "The model explains the data, probability 0.96"),
         ("several causes", "Causes: unbalance at disc"),
-        ("unknown", "no effect of the catalogue explains, probability 0.93"),
+        ("unknown", "explains, clearest in 1X at path_1 and 1500 rpm, probability 0.93"),
         ("cannot tell", "cannot tell why: nothing is wrong 0.40, unbalance 0.35, shaft bow 0.25"),
     ],
 )
