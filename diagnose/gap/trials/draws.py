@@ -30,15 +30,18 @@ HALF_WIDTH = 0.75
 def applicable(machine: Machine, *, probes: Sequence[Probe]) -> dict[str, tuple[Effect, ...]]:
     """Return the effects that can act on a machine by name, each at every part where it can, with default values.
 
-    Effects on the measuring chain act at the locations of ``probes``, those that are recorded.
+    Effects on the measuring chain act at the locations of ``probes``, those that are recorded; those of the recorder
+    and its clock act on all channels.
     """
     assembly = machine.bare_assembly()
     found: dict[str, tuple[Effect, ...]] = {}
     for name, effect in sorted(effect_catalogue().items()):
         if issubclass(effect, SensorEffect):
-            where = [probe.location for probe in probes if effect().fits(probe)]
-            if not where:
+            fitting = [probe.location for probe in probes if effect().fits(probe)]
+            if not fitting:
                 continue
+            # One recorder with one clock takes all channels and the tacho.
+            where = [""] if effect.LINK in ("clock", "recorder") else fitting
         else:
             parts = [*assembly.places.values(), *assembly.components.values()]
             where = [part.name for part in parts if effect.ROLE in part.roles]

@@ -23,7 +23,8 @@ from .cases import TrialCase, check, make_case
 from .outcome import Outcome, from_line, outcome_of, to_line
 from .scores import DETECTABLE
 
-FORMAT = 1
+#: Of the file and of the cases: raised when the same arguments make other cases than before.
+FORMAT = 2
 #: ``explain(campaign, machine, without=...)``, with ``only=...`` where the engine offers it.
 Explain = Callable[..., Any]
 Tell = Callable[[Outcome, int], None]

@@ -14,7 +14,7 @@ from rotorwise.diagnose.gap.trials.draws import applicable, drawn, drifted, like
 from rotorwise.diagnose.gap.trials.lines import Lines, detectability, lines_of, orders_of
 from rotorwise.diagnose.gap.trials.ranges import RANGES, find_range
 from rotorwise.diagnose.gap.trials.recorder import Setting, TrialChain, motions, noise_of, recording
-from rotorwise.simulators.effect import effect_catalogue
+from rotorwise.simulators.effect import SensorEffect, effect_catalogue
 from rotorwise.simulators.effects.unbalance import Unbalance
 from rotorwise.simulators.errors import InvalidValueError
 from rotorwise.simulators.machine import find_machine
@@ -199,6 +199,15 @@ def test_every_effect_that_fits_is_drawn_and_none_twice(name: str) -> None:
     assert found == set(catalogue)
     besides = frozenset(list(catalogue)[1:])
     assert next(iter(catalogue)) == drawn(catalogue, generator, besides=besides).NAME
+
+
+@pytest.mark.parametrize("name", RANGES)
+def test_a_recorder_has_one_clock_and_only_recorded_probes_have_flaws(name: str) -> None:
+    locations = {probe.location for probe in RANGES[name].recorded(find_machine(name))}
+    for effects in CATALOGUES[name].values():
+        if isinstance(effects[0], SensorEffect):
+            whole = effects[0].LINK in ("clock", "recorder")
+            assert {effect.at for effect in effects} <= ({""} if whole else locations)
 
 
 def test_weakened_keeps_everything_but_the_strength() -> None:
