@@ -24,6 +24,8 @@ GAIN_DEVIATION = 0.02
 MODEL_ERROR = 0.01
 #: Change of speed, and of load, over which the model error changes much.
 ERROR_LENGTH_SPEED, ERROR_LENGTH_LOAD = 0.2, 0.5
+#: Relative change of a machine's parameters, and of the probes' gains, between healthy and later recordings.
+DRIFT, GAIN_DRIFT = 0.005, 0.002
 #: Standard deviation, in rad, that stands for a free angle.
 FREE_ANGLE = 1.8
 #: A parameter that moves every line by less than this share of its probe's vibration, within its prior, is left alone.
@@ -55,6 +57,8 @@ class Baseline:
         Standard deviations before any measurement, about ``prior_mean``.
     prior_mean : ndarray (unknowns,)
         Relative to ``position`` and gain 1.
+    drift : ndarray (unknowns,)
+        Standard deviations of their change between the healthy recordings and the others.
     """
 
     machine: Machine
@@ -66,6 +70,7 @@ class Baseline:
     slopes: np.ndarray
     prior: np.ndarray
     prior_mean: np.ndarray
+    drift: np.ndarray
 
 
 def machine_at(machine: Machine, coordinates: tuple[Coordinate, ...], position: np.ndarray) -> Machine:
@@ -117,7 +122,17 @@ def linearised(
         slopes=np.concatenate([slopes, _gain_slopes(lines)]),
         prior=np.array(prior),
         prior_mean=np.concatenate([given - position, np.zeros(2 * probes)]),
+        drift=np.array(
+            [_drift(c, z) for c, z in zip(coordinates, position, strict=True)] + [GAIN_DRIFT] * (2 * probes)
+        ),
     )
+
+
+def _drift(coordinate: Coordinate, position: float) -> float:
+    """Return the change of a coordinate that is a relative change of `DRIFT` of its parameter (radians of an angle)."""
+    slope = (coordinate.value(position + STEP) - coordinate.value(position - STEP)) / (2 * STEP)
+    size = 1.0 if coordinate.is_angle else abs(coordinate.value(position))
+    return min(DRIFT * size / abs(slope), 1.0) if slope else 0.0
 
 
 def shifted(baseline: Baseline, machine: Machine, change: np.ndarray, predictor: Predictor) -> Baseline:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...simulators.errors import InvalidValueError
 from .baseline import Baseline, error_covariance, noise_covariance, shifted
 from .lines import OrderLines, joined, stacked
 from .predict import Predictor
@@ -155,6 +156,9 @@ def comparison(
         expected = expected + _unstacked(to_lines.T @ left, lines.seen)
         covariance = covariance - between.T @ to_lines
         known, cross = known + to_unknowns.T @ left, cross - to_unknowns.T @ between
+        # The machine has been stopped and started in between: its own parameters are not quite the same.
+        covariance = covariance + flat.T @ (baseline.drift[:, None] ** 2 * flat)
+        cross = cross + baseline.drift[:, None] ** 2 * flat
     if own_error is not None:
         covariance = covariance + error_covariance(lines.conditions, own_error, lines.seen)
     return _compared(lines, expected, covariance, known, cross)
@@ -177,11 +181,25 @@ def _compared(
 
     # Rounding may leave a tiny negative direction where slopes and errors are far larger than the noise.
     covariance = (covariance + covariance.T) / 2 + np.diag(1e-12 * np.diag(covariance))
-    factor = np.linalg.cholesky(covariance)
+    factor = _factored(covariance)
     residual = solve_triangular(factor, stacked(lines.amplitudes - expected, lines.seen), lower=True)
     learnt = solve_triangular(factor, cross.T, lower=True).T
     constant = -float(np.log(np.diag(factor)).sum()) - 0.5 * residual.size * math.log(2 * math.pi)
     return Comparison(lines, expected, covariance, factor, residual, constant, known, learnt)
+
+
+def _factored(covariance: np.ndarray) -> np.ndarray:
+    """Return the lower Cholesky factor; a matrix that rounding has spoilt is mended by a little of its diagonal."""
+    own = np.diag(np.diag(covariance))
+    for share in (0.0, 1e-10, 1e-8, 1e-6):
+        try:
+            return np.linalg.cholesky(covariance + share * own)
+        except np.linalg.LinAlgError:
+            continue
+    raise InvalidValueError(
+        "The lines' covariance is not positive: a channel is constant, or its noise is far below what numbers resolve. "
+        "Leave that channel out."
+    )
 
 
 def _unstacked(values: np.ndarray, seen: np.ndarray) -> np.ndarray:

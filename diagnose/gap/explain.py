@@ -10,12 +10,13 @@ import numpy as np
 from ...datasets.recording import Campaign, Recording
 from ...simulators.errors import InvalidValueError
 from ...simulators.machine import Machine
+from ...simulators.solvers.blas import single_blas_thread
 from .baseline import Baseline, again, calibrated, model_error, residual_error
 from .evidence import Problem
 from .gain import measured_gain
 from .hypotheses import Candidate, candidates
 from .lines import OrderLines, locked_orders
-from .observe import observe_orders
+from .observe import observe_orders, with_floor
 from .predict import Predictor
 from .result import GapResult
 from .screen import Atom, atoms_of
@@ -29,6 +30,9 @@ HIGHEST_ORDER = 6.0
 CONDITIONS_TO_HOLD_OUT = 4
 #: Conditions in which all candidates are screened; the best are then followed in all of them.
 SCREENED_CONDITIONS = 3
+
+#: Relative change of any line from one run of the same machine to the next, its speed and temperature nearly the same.
+REPEATABILITY = 0.005
 
 Tell = Callable[[str], None]
 
@@ -78,6 +82,7 @@ class Prepared:
         )
 
 
+@single_blas_thread
 def explain_gap(
     campaign: Campaign,
     machine: Machine,
@@ -130,7 +135,8 @@ def prepare(campaign: Campaign, machine: Machine, *, tell: Tell = lambda _: None
     measured = observe_orders(campaign.recordings, orders=orders, channels=channels)
     healthy = observe_orders(campaign.baseline, orders=orders, channels=channels) if campaign.baseline else None
     waveform = seen_in_waveform(campaign.recordings, campaign.baseline, list(channels))
-    measured = with_doubt(measured, waveform)
+    measured = with_doubt(with_floor(measured, REPEATABILITY), waveform)
+    healthy = with_floor(healthy, REPEATABILITY) if healthy else None
     held_out = _held_out(measured)
     fitted = tuple(i for i in range(len(measured.conditions)) if i not in held_out)
     predictor = _predictor(measured, campaign.recordings)
@@ -167,7 +173,8 @@ def responses(
 
 
 def _predictor(lines: OrderLines, recordings: Sequence[Recording]) -> Predictor:
-    return Predictor(lines.conditions, lines.probes, lines.orders, tuple(one.rate_hz for one in recordings))
+    rates, lengths = tuple(one.rate_hz for one in recordings), tuple(one.samples for one in recordings)
+    return Predictor(lines.conditions, lines.probes, lines.orders, rates, lengths)
 
 
 def _channels(campaign: Campaign, machine: Machine) -> dict[str, str]:

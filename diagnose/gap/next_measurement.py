@@ -47,9 +47,13 @@ def most_separating_speed(best: Fit, rivals: Sequence[Fit], prepared: Prepared) 
     speeds = [c.speed_rpm for c in measured.conditions]
     tried = np.linspace(SLOWER * min(speeds), FASTER * max(speeds), SPEEDS)
     load = measured.conditions[0].load
-    rate = max(prepared.predictor.rates_hz)
+    rate, samples = max(prepared.predictor.rates_hz), max(prepared.predictor.samples)
     predictor = Predictor(
-        tuple(Condition(float(speed), load) for speed in tried), measured.probes, measured.orders, (rate,) * SPEEDS
+        tuple(Condition(float(speed), load) for speed in tried),
+        measured.probes,
+        measured.orders,
+        (rate,) * SPEEDS,
+        (samples,) * SPEEDS,
     )
     noise = np.median(np.where(measured.seen, measured.deviations, np.nan), axis=0)
     noise = np.where(np.isfinite(noise), noise, np.nanmax(noise))

@@ -104,7 +104,7 @@ def shaft_turns(recording: Recording) -> np.ndarray:
     speed = observe_recording(recording).speed
     if speed is None:
         raise UnusableRecordingError(
-            f"{_origin(recording)}: no tacho and no comb of lines that shows the shaft's speed. Give --speed-rpm, or "
+            f"{_origin(recording)}: no tacho and no comb of lines that shows the shaft's speed. Give --speed, or "
             "a recording of the turning machine."
         )
     return constant_speed_phase(samples=recording.samples, rate_hz=recording.rate_hz, speed_hz=speed.speed_hz)

@@ -21,8 +21,8 @@ from .observe import weighted_amplitudes
 
 #: Harmonics above the highest order looked at: parametric effects couple neighbours.
 FURTHER_HARMONICS = 2
-#: Length of the record on which effects of the measuring chain act.
-RECORD_TURNS = 32
+#: Longest record on which effects of the measuring chain act.
+MOST_SAMPLES = 40_000
 KEPT_MOTIONS = 8
 
 
@@ -42,12 +42,15 @@ class Predictor:
     orders : tuple of float
     rates_hz : tuple of float
         Sampling rate of the recording in each condition.
+    samples : tuple of int
+        Its length.
     """
 
     conditions: tuple[Condition, ...]
     probes: tuple[str, ...]
     orders: tuple[float, ...]
     rates_hz: tuple[float, ...]
+    samples: tuple[int, ...]
     evaluations: int = 0
     _known: dict[str, np.ndarray] = field(default_factory=dict)
     _motions: dict[str, list[PeriodicMotion]] = field(default_factory=dict)
@@ -74,6 +77,7 @@ class Predictor:
             self.probes,
             self.orders,
             tuple(self.rates_hz[i] for i in chosen),
+            tuple(self.samples[i] for i in chosen),
         )
         part._known.update({key: lines[list(chosen)] for key, lines in self._known.items()})
         return part
@@ -98,17 +102,17 @@ class Predictor:
         rows = [probe.name for probe in motion.probes]
         chosen = [rows.index(name) for name in self.probes]
         if sensor_effects(machine):
-            return self._behind_chain(machine, motion, self.rates_hz[index])[chosen]
+            return self._behind_chain(machine, motion, self.rates_hz[index], self.samples[index])[chosen]
         result = np.zeros((len(self.probes), len(self.orders)), dtype=complex)
         for column, order in enumerate(self.orders):
             if _is_whole(order):
                 result[:, column] = motion.amplitudes[chosen, round(order)]
         return result
 
-    def _behind_chain(self, machine: Machine, motion: PeriodicMotion, rate_hz: float) -> np.ndarray:
+    def _behind_chain(self, machine: Machine, motion: PeriodicMotion, rate_hz: float, samples: int) -> np.ndarray:
         """Return what the machine's chain leaves of the motion, shape (all probes, orders)."""
         speed = motion.speed_rad_s
-        samples = int(RECORD_TURNS * 2 * np.pi / speed * rate_hz)
+        samples = min(samples, MOST_SAMPLES)
         phase = speed * np.arange(samples) / rate_hz
         signals = motion.waveform(phase)
         middle = signals.mean(axis=1)

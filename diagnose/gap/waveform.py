@@ -6,7 +6,7 @@ These are found by the data checks before any line is compared. A channel that s
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,16 +22,21 @@ SHOWN_BY = {
     "missing samples": "dropped_samples",
     "mostly missing": "dropped_samples",
     "drift": "dc_drift",
-    "offset": "dc_drift",
     "coarse": "quantisation",
     "aliasing": "aliasing",
 }
 #: Only the waveform shows these; order lines do not, or only so little that other effects explain it as well.
-ONLY_IN_WAVEFORM = frozenset((*SHOWN_BY.values(), "clock_error", "speed_wander"))
+ONLY_IN_WAVEFORM = frozenset((*SHOWN_BY.values(), "speed_wander"))
 #: Relative error of the lines of a channel that shows a defect.
 DOUBT = 0.2
 #: Change of speed within a record, by its tacho, that counts as wander, and growth over the healthy records.
 WANDER, WANDER_GROWTH = 0.002, 3.0
+#: Growth over the healthy records from which held samples, steps and trends count, and the least that counts at all:
+#: share of samples held, step over the standard deviation, trend over the standard deviation.
+GROWTH, LEAST_HELD, LEAST_STEP, LEAST_TREND = 4.0, 2e-3, 1e-3, 0.05
+#: Equal samples in a row that count as held.
+HELD_RUN = 4
+PIECES = 10
 
 
 def seen_in_waveform(
@@ -40,19 +45,76 @@ def seen_in_waveform(
     """Return the channels that show each effect in at least half of the recordings, and in no healthy one."""
     found: dict[str, list[str]] = {}
     for name in channels:
-        before = set().union(*(_codes(one, name) for one in healthy)) if healthy else set()
+        before = set().union(*(_shown(one, name) for one in healthy)) if healthy else set()
+        usual = _worst([_statistics(one, name) for one in healthy])
         counts: dict[str, int] = {}
         for one in recordings:
-            for code in {SHOWN_BY[code] for code in _codes(one, name) if code in SHOWN_BY and code not in before}:
-                counts[code] = counts.get(code, 0) + 1
+            own = _shown(one, name) - before
+            if usual is not None:
+                own |= _grown(_statistics(one, name), usual)
+            for effect in own:
+                counts[effect] = counts.get(effect, 0) + 1
         for effect, count in counts.items():
             if 2 * count >= len(recordings):
                 found.setdefault(effect, []).append(name)
-    usual = max((_variation(one) for one in healthy), default=0.0)
-    wandering = [_variation(one) for one in recordings]
-    if np.median(wandering) > max(WANDER, WANDER_GROWTH * usual):
+    usual_wander = max((_variation(one) for one in healthy), default=0.0)
+    if np.median([_variation(one) for one in recordings]) > max(WANDER, WANDER_GROWTH * usual_wander):
         found["speed_wander"] = []
     return {effect: tuple(names) for effect, names in found.items()}
+
+
+@dataclass(frozen=True)
+class _Statistics:
+    """Share of held samples, and step and trend over the standard deviation."""
+
+    held: float
+    step: float
+    trend: float
+
+
+def _statistics(recording: Recording, name: str) -> _Statistics:
+    signal = _row(recording, name)
+    signal = signal[np.isfinite(signal)]
+    deviation = float(signal.std()) or 1.0
+    same = np.concatenate([[0], np.diff(signal) == 0, [0]]).astype(int)
+    edges = np.flatnonzero(np.diff(same))
+    runs = edges[1::2] - edges[::2] + 1
+    # Samples held at an end of the range are clipped, not lost.
+    inside = (signal[edges[::2]] > signal.min()) & (signal[edges[::2]] < signal.max())
+    runs = runs[inside]
+    levels = np.unique(signal)
+    step = float(np.diff(levels).min()) if levels.size > 1 else 0.0
+    means = np.array([piece.mean() for piece in np.array_split(signal, PIECES)])
+    # What a straight line through the pieces' means changes over the record.
+    trend = float(abs(np.polyfit(np.arange(PIECES), means, 1)[0]) * PIECES)
+    return _Statistics(float(runs[runs >= HELD_RUN].sum()) / signal.size, step / deviation, trend / deviation)
+
+
+def _worst(found: Sequence[_Statistics]) -> _Statistics | None:
+    if not found:
+        return None
+    return _Statistics(max(s.held for s in found), max(s.step for s in found), max(s.trend for s in found))
+
+
+def _grown(now: _Statistics, usual: _Statistics) -> set[str]:
+    found = set()
+    coarse = now.step > max(GROWTH * usual.step, LEAST_STEP)
+    if coarse:
+        found.add("quantisation")
+    # Coarse steps hold samples as well.
+    elif now.held > max(GROWTH * usual.held, LEAST_HELD):
+        found.add("dropped_samples")
+    if now.trend > max(GROWTH * usual.trend, LEAST_TREND):
+        found.add("dc_drift")
+    return found
+
+
+def _shown(recording: Recording, name: str) -> set[str]:
+    return {SHOWN_BY[code] for code in _codes(recording, name) if code in SHOWN_BY}
+
+
+def _row(recording: Recording, name: str) -> np.ndarray:
+    return recording.signals[[channel.name for channel in recording.channels].index(name)]
 
 
 def with_doubt(lines: OrderLines, seen: dict[str, tuple[str, ...]]) -> OrderLines:
@@ -63,8 +125,8 @@ def with_doubt(lines: OrderLines, seen: dict[str, tuple[str, ...]]) -> OrderLine
 
 
 def _codes(recording: Recording, name: str) -> set[str]:
-    row = [channel.name for channel in recording.channels].index(name)
-    return {check.code for check in check_channel(recording.signals[row], rate_hz=recording.rate_hz, name=name)}
+    signal = _row(recording, name)
+    return {check.code for check in check_channel(signal, rate_hz=recording.rate_hz, name=name)}
 
 
 def _variation(recording: Recording) -> float:

@@ -23,6 +23,7 @@ def _lines(speeds: tuple[float, ...]) -> OrderLines:
 
 def _baseline(count: int, prior: np.ndarray, mean: np.ndarray) -> Baseline:
     nothing = np.zeros(0)
+    drift = np.zeros(prior.size)
     return Baseline(
         None,
         (),
@@ -33,6 +34,7 @@ def _baseline(count: int, prior: np.ndarray, mean: np.ndarray) -> Baseline:
         _complex(prior.size, count, 2, 2),
         prior,
         mean,
+        drift,
     )
 
 

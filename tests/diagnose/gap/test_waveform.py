@@ -1,0 +1,48 @@
+"""Effects that the waveform shows, each made by the effect itself, and none of them in a healthy record."""
+
+import numpy as np
+import pytest
+
+from rotorwise.datasets.recording import Channel, Recording
+from rotorwise.diagnose.gap.waveform import seen_in_waveform
+
+SAMPLES, RATE_HZ = 8000, 1000.0
+
+
+def _recording(signal: np.ndarray) -> Recording:
+    return Recording(signal[None], RATE_HZ, (Channel("a", "displacement"),))
+
+
+def _healthy(seed: int) -> np.ndarray:
+    time = np.arange(SAMPLES) / RATE_HZ
+    noise = 0.02 * np.random.default_rng(seed).normal(size=SAMPLES)
+    return np.round((np.sin(2 * np.pi * 17.3 * time) + noise) * 2**14) / 2**14
+
+
+def _gaps(signal: np.ndarray) -> np.ndarray:
+    held = signal.copy()
+    for start in range(100, SAMPLES, 300):
+        held[start : start + 9] = held[start]
+    return held
+
+
+DEFECTS = {
+    "clipping": lambda x: np.clip(x, -0.6, 0.6),
+    "dropped_samples": _gaps,
+    "quantisation": lambda x: np.round(x * 32) / 32,
+    "dc_drift": lambda x: x + np.linspace(0.0, 0.5, SAMPLES),
+}
+
+
+@pytest.mark.parametrize("effect", DEFECTS)
+def test_each_defect_is_seen_and_no_other(effect):
+    healthy = [_recording(_healthy(i)) for i in range(3)]
+    bad = [_recording(DEFECTS[effect](_healthy(10 + i))) for i in range(3)]
+    assert seen_in_waveform(bad, healthy, ["a"]) == {effect: ("a",)}
+
+
+def test_a_healthy_record_shows_nothing_and_an_old_defect_is_not_new():
+    healthy = [_recording(_healthy(i)) for i in range(3)]
+    assert seen_in_waveform([_recording(_healthy(7))], healthy, ["a"]) == {}
+    clipped = [_recording(DEFECTS["clipping"](_healthy(i))) for i in range(3)]
+    assert seen_in_waveform([_recording(DEFECTS["clipping"](_healthy(8)))], clipped, ["a"]) == {}
