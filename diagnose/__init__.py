@@ -1,21 +1,34 @@
-"""From signals to answers. ``analyse`` takes a file, ``analyse_recording`` a recording in memory."""
+"""From signals to answers. ``analyse`` takes a file, ``analyse_recording`` a recording, ``explain_gap`` a campaign."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .gap.explain import explain_gap
+    from .gap.result import GapResult
     from .pipeline import analyse, analyse_recording, read_baseline
     from .result import Analysis, Finding, Severity
 
-__all__ = ["Analysis", "Finding", "Severity", "analyse", "analyse_recording", "read_baseline"]
+__all__ = [
+    "Analysis",
+    "Finding",
+    "GapResult",
+    "Severity",
+    "analyse",
+    "analyse_recording",
+    "explain_gap",
+    "read_baseline",
+]
 
 _WHERE = {
     "Analysis": "result",
     "Finding": "result",
+    "GapResult": "gap.result",
     "Severity": "result",
     "analyse": "pipeline",
     "analyse_recording": "pipeline",
+    "explain_gap": "gap.explain",
     "read_baseline": "pipeline",
 }
 

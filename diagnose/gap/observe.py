@@ -69,6 +69,11 @@ def _observe_one(recording: Recording, orders: tuple[float, ...], channels: dict
             f"{_origin(recording)} has no channel {missing[0]!r}; it has {', '.join(names)}. Name its channels as in "
             "the other recordings."
         )
+    if not has_tacho(recording):
+        raise UnusableRecordingError(
+            f"{_origin(recording)} has no tacho channel with one pulse a turn, so that the phases of its lines say "
+            "nothing; allowed: recordings with such a tacho. Name it with --tacho, or record again with one."
+        )
     turns = shaft_turns(recording)
     signals = recording.signals[[names.index(name) for name in channels]]
     amplitudes, deviations = order_amplitudes_with_noise(signals, turns=turns, orders=np.array(orders))

@@ -95,7 +95,10 @@ class Predictor:
                     for c in self.conditions
                 ]
             except (NoPeriodicMotionError, InvalidValueError) as problem:
-                raise UnpredictableError(f"{machine.name}: {problem}") from None
+                raise UnpredictableError(
+                    f"The motion of {machine.name} does not repeat with its shaft, or was not found; allowed: machines "
+                    f"and effects with a periodic motion. ({problem})"
+                ) from None
         return self._motions[key]
 
     def _seen(self, machine: Machine, motion: PeriodicMotion, index: int) -> np.ndarray:

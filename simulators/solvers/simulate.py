@@ -197,7 +197,8 @@ def simulate_motion(
     modal : bool
         Use modal coordinates where they are accurate.
     highest_hz : float, optional
-        Leave out modes above this frequency.
+        Leave out modes above this frequency. Nothing replaces what they carry statically: the 1X acceleration of a
+        housing falls by 40 % with half of its modes left out. Raise it until the lines of interest stay.
 
     Raises
     ------

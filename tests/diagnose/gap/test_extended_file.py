@@ -45,7 +45,7 @@ def test_file_simulates_as_the_machine_itself(tmp_path: Path) -> None:
 @st.composite
 def any_effect(draw: st.DrawFn) -> Effect:
     effect = draw(st.sampled_from(sorted(effect_catalogue().items())))[1]
-    return effect(**{one.name: draw(st.floats(*one.bounds)) for one in effect.parameters()})
+    return effect(**{one.name: draw(st.floats(*one.bounds)) for one in effect.parameters() if one.prior})
 
 
 @given(effects=st.lists(any_effect(), max_size=3), text=st.text(max_size=200))

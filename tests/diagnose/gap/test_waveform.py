@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from rotorwise.datasets.recording import Channel, Recording
 from rotorwise.diagnose.gap.waveform import seen_in_waveform
 
