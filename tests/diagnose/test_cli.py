@@ -47,7 +47,9 @@ def test_json_of_a_finding(make: Make, tmp_path: Path) -> None:
     (answer,) = json.loads(done.stdout)
     finding = answer["findings"][0]
     assert finding["fault"] == "unbalance"
-    assert 0.7 < finding["probability"] <= 1.0
+    # A risen 1X at one speed is shared with misalignment and a bent shaft: first, more likely than not, not certain.
+    assert 0.5 < finding["probability"] <= 1.0
+    assert {"misalignment", "bent_shaft"} <= {other["fault"] for other in answer["findings"]}
     assert finding["evidence"][0]["signal_to_noise"] > 10
 
 

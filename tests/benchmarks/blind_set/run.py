@@ -12,7 +12,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
-from cases import BENIGN, FAULTS, OUTSIDE, build_case
+from blind_cases import BENIGN, FAULTS, OUTSIDE, build_case
 from rotorwise.datasets.recording import Recording
 from rotorwise.diagnose import analyse_recording
 from score import Row, report

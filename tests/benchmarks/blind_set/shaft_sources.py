@@ -1,6 +1,6 @@
 """Forces on the bearings [coordinate, fine sample] from the shaft, the coupling, the motor and the neighbourhood.
 
-Amplitudes are relative: ``cases.py`` scales each source to a vibration level.
+Amplitudes are relative: ``blind_cases.py`` scales each source to a vibration level.
 """
 
 from __future__ import annotations

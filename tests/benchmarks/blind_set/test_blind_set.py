@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from cases import build_case
+from blind_cases import build_case
 from impact_sources import ball_pass, defect
 from machine import draw_machine
 from shaft_sources import shaft_angle
