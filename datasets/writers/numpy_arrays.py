@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -26,6 +27,7 @@ def write(recording: Recording, path: Path, *, notes: Mapping[str, str]) -> None
     if recording.label:
         arrays["label"] = np.array(recording.label)
     arrays.update({key: np.array(text) for key, text in notes.items()})
-    # A handle, because numpy appends its suffix to any other path.
-    with path.open("wb") as handle:
-        np.savez_compressed(handle, allow_pickle=False, **arrays)  # pyright: ignore[reportArgumentType]
+    # Through memory: on a full disk the archive complains once more when it is let go.
+    whole = io.BytesIO()
+    np.savez_compressed(whole, allow_pickle=False, **arrays)  # pyright: ignore[reportArgumentType]
+    path.write_bytes(whole.getbuffer())

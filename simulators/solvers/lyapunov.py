@@ -44,6 +44,8 @@ class LyapunovEstimate:
         figure = f"largest Lyapunov exponent {self.exponent_1_s:.3g} +- {self.uncertainty_1_s:.2g} 1/s"
         if self.is_chaotic:
             return f"The motion is chaotic ({figure}): compare spectra and statistics, not waveforms."
+        if self.exponent_1_s > self.uncertainty_1_s:
+            return f"The motion is not clearly regular ({figure}): follow it for longer."
         return f"The motion is regular ({figure})."
 
 
