@@ -28,10 +28,13 @@ class LyapunovEstimate:
     ----------
     exponent_1_s, uncertainty_1_s : float
         Mean growth rate of a disturbance, and its standard error from batches of the record.
+    duration_s : float
+        Over which it was followed.
     """
 
     exponent_1_s: float
     uncertainty_1_s: float
+    duration_s: float
 
     @property
     def is_chaotic(self) -> bool:
@@ -44,7 +47,8 @@ class LyapunovEstimate:
         figure = f"largest Lyapunov exponent {self.exponent_1_s:.3g} +- {self.uncertainty_1_s:.2g} 1/s"
         if self.is_chaotic:
             return f"The motion is chaotic ({figure}): compare spectra and statistics, not waveforms."
-        if self.exponent_1_s > self.uncertainty_1_s:
+        # A disturbance that did not even grow e-fold while it was followed says nothing against regular motion.
+        if self.exponent_1_s > self.uncertainty_1_s and self.exponent_1_s * self.duration_s > 1:
             return f"The motion is not clearly regular ({figure}): follow it for longer."
         return f"The motion is regular ({figure})."
 
@@ -100,7 +104,7 @@ def lyapunov_exponent(
             growth[i] = np.log(size / DISTANCE) / (each * step)
         stepper.states[:, 1] = stepper.states[:, 0] + difference * DISTANCE / size
     batches = growth[: intervals // 10 * 10].reshape(10, -1).mean(axis=1)
-    return LyapunovEstimate(float(growth.mean()), float(batches.std(ddof=1) / np.sqrt(10)))
+    return LyapunovEstimate(float(growth.mean()), float(batches.std(ddof=1) / np.sqrt(10)), intervals * each * step)
 
 
 def _state_scale(stepper: Stepper, steps: int) -> np.ndarray:

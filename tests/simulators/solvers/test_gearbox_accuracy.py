@@ -62,3 +62,4 @@ def test_chaos_is_recognised(error_m, chaotic):
     print(found.sentence)
     assert found.is_chaotic is chaotic
     assert ("chaotic" in found.sentence) is chaotic
+    assert ("is regular" in found.sentence) is not chaotic
