@@ -29,6 +29,8 @@ HANN_NOISE = 1.5
 TYPICAL_WEIGHT = 10.0
 #: Lines above this share of the sampling rate are bent by the anti-alias filter.
 HIGHEST_SHARE = 0.4
+#: A line below this share of its probe's largest line is not trusted.
+DYNAMIC_RANGE = 3e-4
 
 
 class UnusableRecordingError(InvalidValueError):
@@ -166,8 +168,15 @@ def _weighted_mean(signals: np.ndarray, turns: np.ndarray, carriers: np.ndarray)
 
 
 def with_floor(lines: OrderLines, relative: float) -> OrderLines:
-    """Return the lines with a deviation of at least a share of their amplitude: the sensor's own accuracy."""
-    return replace(lines, deviations=np.hypot(lines.deviations, relative * np.abs(lines.amplitudes)))
+    """Return the lines with a deviation of at least a share of their own amplitude, and of the probe's largest line.
+
+    The first is how well a line repeats, the second (`DYNAMIC_RANGE`) what leaks into it from the largest one through
+    errors of the tacho and of the sensor's linearity.
+    """
+    size = np.abs(lines.amplitudes)
+    largest = size.max(axis=2, keepdims=True)
+    floor = np.hypot(relative * size, DYNAMIC_RANGE * largest)
+    return replace(lines, deviations=np.hypot(lines.deviations, floor))
 
 
 def _origin(recording: Recording) -> str:
