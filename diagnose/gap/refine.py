@@ -76,7 +76,7 @@ class Fit:
         from scipy.special import ndtri
 
         reach = float(ndtri(0.5 + share / 2)) * math.sqrt(self.covariance[number, number])
-        one, at = self.coordinates[number], self.position[number]
+        one, at = self.coordinates[number], float(self.position[number])
         if one.is_angle:
             return (-math.pi, math.pi) if reach >= math.pi else (one.value(at) - reach, one.value(at) + reach)
         low, high = sorted((one.value(at - reach), one.value(at + reach)))

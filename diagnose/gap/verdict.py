@@ -50,9 +50,7 @@ def told(
     probabilities = dict(posterior.probabilities)
     if shown:
         causes = (*_shown(shown), *causes)
-        probabilities = {
-            tuple(sorted((*shown, *(() if one == ("unknown",) else one)))): p for one, p in probabilities.items()
-        }
+        probabilities = _with_shown(probabilities, tuple(shown))
         kind = "one cause" if len(causes) == 1 else "several causes"
     rivals = [posterior.best(other) for other in together if other != names and other != ("unknown",)]
     after = explained(best, everything)
@@ -77,6 +75,15 @@ def told(
         extended=best.machine(best.problem.baseline.machine if best.problem else calibrated),
         not_compared=dict(not_compared),
     )
+
+
+def _with_shown(probabilities: Mapping[tuple[str, ...], float], shown: tuple[str, ...]) -> dict[tuple[str, ...], float]:
+    """Return the hypotheses with what the waveform shows; what it shows may itself leave lines unexplained."""
+    total: dict[tuple[str, ...], float] = {}
+    for names, share in probabilities.items():
+        key = tuple(sorted((*shown, *(() if names == ("unknown",) else names))))
+        total[key] = total.get(key, 0.0) + share
+    return dict(sorted(total.items(), key=lambda item: -item[1]))
 
 
 def _shown(waveform: Mapping[str, tuple[str, ...]]) -> tuple[Cause, ...]:

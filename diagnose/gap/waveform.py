@@ -27,6 +27,8 @@ SHOWN_BY = {
 }
 #: Only the waveform shows these; order lines do not, or only so little that other effects explain it as well.
 ONLY_IN_WAVEFORM = frozenset((*SHOWN_BY.values(), "speed_wander"))
+#: Of these, the ones that lose a part of the signal.
+LOSSY = ("clipping", "dropped_samples")
 #: Relative error of the lines of a channel that shows a defect.
 DOUBT = 0.2
 #: Change of speed within a record, by its tacho, that counts as wander, and growth over the healthy records.
@@ -118,10 +120,19 @@ def _row(recording: Recording, name: str) -> np.ndarray:
 
 
 def with_doubt(lines: OrderLines, seen: dict[str, tuple[str, ...]]) -> OrderLines:
-    """Return the lines, less certain at the probes whose waveform shows a defect."""
-    doubtful = [probe in {name for names in seen.values() for name in names} for probe in lines.probes]
-    share = np.where(doubtful, DOUBT, 0.0)[None, :, None]
-    return replace(lines, deviations=np.hypot(lines.deviations, share * np.abs(lines.amplitudes)))
+    """Return the lines, less certain at the probes whose waveform shows a defect.
+
+    Probes that have lost a part of their signal are left out, where others remain.
+    """
+    bad = {name for names in seen.values() for name in names}
+    lossy = {name for effect in LOSSY for name in seen.get(effect, ())}
+    doubt = np.array([DOUBT if probe in bad else 0.0 for probe in lines.probes])
+    if lossy and not lossy.issuperset(lines.probes):
+        doubt[[probe in lossy for probe in lines.probes]] = np.inf
+    # 0 times infinity: a line of exactly nothing at a probe that is left out.
+    share = np.where(np.isinf(doubt)[None, :, None], np.inf, 0.0)
+    share = share + np.where(np.isinf(doubt), 0.0, doubt)[None, :, None] * np.abs(lines.amplitudes)
+    return replace(lines, deviations=np.hypot(lines.deviations, share))
 
 
 def _codes(recording: Recording, name: str) -> set[str]:

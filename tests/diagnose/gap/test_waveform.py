@@ -45,3 +45,24 @@ def test_a_healthy_record_shows_nothing_and_an_old_defect_is_not_new():
     assert seen_in_waveform([_recording(_healthy(7))], healthy, ["a"]) == {}
     clipped = [_recording(DEFECTS["clipping"](_healthy(i))) for i in range(3)]
     assert seen_in_waveform([_recording(DEFECTS["clipping"](_healthy(8)))], clipped, ["a"]) == {}
+
+
+def test_a_clipped_probe_is_left_out_where_others_remain():
+    from rotorwise.diagnose.gap.lines import Condition, OrderLines
+    from rotorwise.diagnose.gap.waveform import with_doubt
+
+    values = np.ones((1, 2, 1))
+    lines = OrderLines((Condition(600.0),), ("a", "b"), (1.0,), values.astype(complex), 0.1 * values)
+    assert with_doubt(lines, {"clipping": ("a",)}).seen.ravel().tolist() == [False, True]
+    # The only probes there are stay, with doubt; a drift loses nothing.
+    both = with_doubt(lines, {"clipping": ("a", "b")})
+    assert both.seen.all()
+    assert both.deviations.ravel() == pytest.approx(np.hypot(0.1, 0.2))
+    assert with_doubt(lines, {"dc_drift": ("a",)}).seen.all()
+
+
+def test_what_the_waveform_shows_joins_every_hypothesis():
+    from rotorwise.diagnose.gap.verdict import _with_shown
+
+    found = _with_shown({(): 0.3, ("unknown",): 0.2, ("unbalance",): 0.5}, ("clipping",))
+    assert found == {("clipping",): pytest.approx(0.5), ("clipping", "unbalance"): pytest.approx(0.5)}
