@@ -9,7 +9,7 @@ import numpy as np
 from ..datasets.recording import MountedBearing, Recording
 from ..simulators.errors import InvalidValueError
 from .result import Line, SpeedEstimate
-from .signal.checks import UNUSABLE, DataCheck, check_channel, repair
+from .signal.checks import UNUSABLE, DataCheck, check_channel, check_tacho, repair
 from .signal.envelope import EnvelopeSpectrum, demodulation_bands, envelope_spectra
 from .signal.order_tracking import angular_resample, order_amplitudes, phase_from_pulses
 from .signal.spectrum import Spectrum, peak_near, spectrum_with_floor
@@ -212,10 +212,13 @@ def _shaft_angle(recording: Recording, times: np.ndarray, pulses_per_revolution:
 
 
 def _tacho_check(recording: Recording, times: np.ndarray | None) -> list[DataCheck]:
-    """Say so when a declared tacho gives no speed."""
+    """Say so when a declared tacho gives no speed, or only after pulses were put right."""
     names = [channel.name for channel in recording.channels if channel.quantity == "tacho"]
-    if not names or times is not None:
+    if not names:
         return []
+    if times is not None:
+        signal = recording.signals[[channel.name for channel in recording.channels].index(names[0])]
+        return check_tacho(repair(signal), rate_hz=recording.rate_hz, name=names[0])
     message = f"{names[0]}: no pulse train in the tacho channel; the speed comes from elsewhere. Check --tacho."
     return [DataCheck("tacho", names[0], message, 0.3)]
 

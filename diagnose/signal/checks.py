@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .spectrum import averaged_power_density
+from .tacho import pulse_times, repaired_pulses
 
 _LARGEST = 1e30  # beyond it, and below its inverse, squares leave the number range
 #: Codes of findings that spoil a channel for diagnosis; the others only warn.
@@ -189,6 +190,30 @@ def _leakage(density: np.ndarray) -> np.ndarray:
     distance = np.abs(np.arange(1 - density.size, density.size)).astype(float)
     kernel = np.where(distance >= 3, 1 / (np.pi * np.maximum(distance, 1) ** 3) ** 2, 0.0)
     return np.convolve(density, kernel, mode="valid")
+
+
+def check_tacho(signal: np.ndarray, *, rate_hz: float, name: str) -> list[DataCheck]:
+    """Return what was put right in a tacho's pulse train: pulses filled in, and false ones left out.
+
+    Parameters
+    ----------
+    signal : numpy.ndarray, shape (samples,)
+        Finite.
+    rate_hz : float
+    name : str
+        For the message.
+    """
+    times = pulse_times(signal, rate_hz=rate_hz)
+    if times.size < 3:
+        return []
+    found = repaired_pulses(times)
+    if not found.missing and not found.false:
+        return []
+    message = (
+        f"{name}: of {found.times_s.size} pulses {found.missing} were missing and filled in, {found.false} false ones "
+        "left out. Check gap and reflecting mark of the tacho."
+    )
+    return [DataCheck("tacho", name, message, min(1.0, 5 * (found.missing + found.false) / found.times_s.size))]
 
 
 def repair(signal: np.ndarray) -> np.ndarray:

@@ -14,6 +14,7 @@ import numpy as np
 from ...simulators.errors import InvalidValueError
 from ..result import SpeedEstimate
 from .spectrum import Spectrum, peak_offsets, spectrum_with_floor
+from .tacho import pulse_times, repaired_pulses
 
 #: Chance that the n-th harmonic of a turning shaft shows above the noise, n = 1, 2, ...
 _HARMONIC_SHOWS = np.array([0.9, 0.8, 0.7, 0.6, 0.5, 0.45, 0.4, 0.35, 0.3, 0.3, 0.25, 0.25, 0.2, 0.2, 0.2])
@@ -67,7 +68,7 @@ def speed_from_tacho(
     regular = np.abs(periods / typical - 1.0) < 0.5
     if regular.mean() < 0.5:
         return None
-    times = _repaired(times)
+    times = repaired_pulses(times).times_s
     periods = np.diff(times)
     mean_period = float(periods.mean())
     speed = 1.0 / (mean_period * pulses_per_revolution)
@@ -96,48 +97,6 @@ def _variation(times: np.ndarray, rate_hz: float, pulses_per_revolution: float) 
     step = min(step, max(times.size // 4, 1))
     spans = times[step:] - times[:-step]
     return float((np.percentile(spans, 95) - np.percentile(spans, 5)) / spans.mean())
-
-
-def _repaired(times: np.ndarray) -> np.ndarray:
-    """Return pulse times without false pulses and with missing ones filled in, judged by the periods nearby.
-
-    One wrong pulse would turn the shaft angle of everything after it.
-    """
-    periods = np.diff(times)
-    half = min(15, (periods.size - 1) // 2)
-    nearby = np.median(np.lib.stride_tricks.sliding_window_view(np.pad(periods, half, "reflect"), 2 * half + 1), axis=1)
-    kept = [float(times[0])]
-    for time, period, following in zip(times[1:], nearby, np.append(times[2:], np.inf), strict=True):
-        gap = time - kept[-1]
-        next_fits_better = abs(following - kept[-1] - period) < abs(gap - period)
-        if gap > 0.6 * period and not next_fits_better:
-            kept.extend(np.linspace(kept[-1], time, round(gap / period) + 1)[1:])
-    return np.array(kept)
-
-
-def pulse_times(signal: np.ndarray, *, rate_hz: float) -> np.ndarray:
-    """Return interpolated rising-edge times in seconds, shape (pulses,); empty where there is no pulse train."""
-    if signal.size < 3:
-        return np.empty(0)
-    low, high = np.percentile(signal, [0.1, 99.9])
-    noise = float(np.median(np.abs(np.diff(signal)))) / 0.954  # median |difference| of white noise is 0.954 sigma
-    if high - low <= 20 * noise or high == low:
-        return np.empty(0)
-    state = np.zeros(signal.size, dtype=np.int8)
-    state[signal > low + 0.65 * (high - low)] = 1
-    state[signal < low + 0.35 * (high - low)] = -1
-    marks = np.flatnonzero(state)
-    rises = marks[1:][(state[marks[1:]] == 1) & (state[marks[:-1]] == -1)]
-    middle = 0.5 * (low + high)
-    edges = []
-    for rise in rises:
-        before = rise
-        while before > 0 and signal[before - 1] >= middle:
-            before -= 1
-        step = signal[before] - signal[before - 1] if before > 0 else 0.0
-        fraction = (middle - signal[before - 1]) / step if step > 0 else 1.0
-        edges.append(before - 1 + fraction)
-    return np.array(edges) / rate_hz
 
 
 @dataclass(frozen=True, eq=False)
