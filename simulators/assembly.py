@@ -101,6 +101,20 @@ class Component(Protocol):
 _UNCHANGING = frozenset({float, int, str, bool, complex, bytes, type(None), frozenset, FunctionType})
 
 
+class _WatchedSpeed:
+    """The speed of an assembly, which notes whether anybody asked for it."""
+
+    def __get__(self, assembly: Any, owner: type) -> float:
+        if assembly is None:
+            # For the dataclass: a field without a default.
+            raise AttributeError
+        assembly.follows_speed = True
+        return assembly.own_speed_rad_s
+
+    def __set__(self, assembly: Any, value: float) -> None:
+        assembly.own_speed_rad_s, assembly.follows_speed = value, False
+
+
 @dataclass
 class Assembly:
     """A machine being put together. See the module's docstring.
@@ -113,9 +127,15 @@ class Assembly:
         Entries of symmetric or general matrices by pair of degrees of freedom.
     gyroscopic : dict
         Entries multiplied by the reference-shaft speed.
+    own_speed_rad_s : float
+        The same, for those who only pass it on.
+    follows_speed : bool
+        Whether a part or an effect asked for ``speed_rad_s``. Else the same assembly serves all speeds.
     """
 
-    speed_rad_s: float
+    speed_rad_s: _WatchedSpeed = _WatchedSpeed()
+    own_speed_rad_s: float = field(init=False, repr=False)
+    follows_speed: bool = field(default=False, init=False, repr=False, compare=False)
     coordinates: list[str] = field(default_factory=list)
     mass: dict[tuple[str, str], float] = field(default_factory=dict)
     damping: dict[tuple[str, str], float] = field(default_factory=dict)
@@ -135,15 +155,17 @@ class Assembly:
 
     def copy(self) -> Assembly:
         """Return an independent copy: components can change, everything else they are made of is frozen."""
-        return Assembly(
-            self.speed_rad_s,
+        made = Assembly(
+            self.own_speed_rad_s,
             **{
                 item.name: copy.copy(getattr(self, item.name))
                 for item in fields(self)
-                if item.name not in ("speed_rad_s", "components")
+                if item.init and item.name not in ("speed_rad_s", "components")
             },
             components=_independent(self.components),
         )
+        made.follows_speed = self.follows_speed
+        return made
 
     # -- coordinates and matrices ------------------------------------------------------------------------------
 

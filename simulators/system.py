@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import functools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from .assembly import Assembly, Probe
+from .assembly import Assembly, Probe, StateBlock
 from .errors import InvalidValueError
 from .law import Direction, InterfaceForce, Law, Timeline
 
@@ -33,6 +35,13 @@ class System:
     inputs, outputs : tuple of ndarray
         For each force, its rows of C and its columns of B.
     mass_matrix : ndarray (coordinates, coordinates)
+    damping_matrix, gyroscopic_matrix, stiffness_matrix : ndarray (coordinates, coordinates)
+        Damping without the gyroscopic part, which is the speed times its matrix.
+    force_directions : ndarray (coordinates, interface forces)
+        B before the division by the mass.
+    probe_directions : ndarray (probes, coordinates)
+        What each probe sees of displacements, velocities or accelerations.
+    state_blocks : tuple of StateBlock
     speed_rad_s : float
         Speed about which L was formed.
     """
@@ -48,6 +57,12 @@ class System:
     outputs: tuple[np.ndarray, ...]
     coordinates: tuple[str, ...]
     mass_matrix: np.ndarray
+    damping_matrix: np.ndarray
+    gyroscopic_matrix: np.ndarray
+    stiffness_matrix: np.ndarray
+    force_directions: np.ndarray
+    probe_directions: np.ndarray
+    state_blocks: tuple[StateBlock, ...]
     speed_rad_s: float
     notes: tuple[str, ...] = ()
 
@@ -102,26 +117,33 @@ def build_system(assembly: Assembly, *, steady: bool = True) -> System:
     names = _positions(assembly.coordinates)
     n = len(names)
     mass = _matrix(assembly.mass, names)
-    if n == 0 or np.linalg.matrix_rank(mass) < n:
+    inverse = _inverse(mass.tobytes())
+    if inverse is None:
         bare = [name for i, name in enumerate(names) if not mass[i].any()]
         raise InvalidValueError(
             f"The mass matrix is singular (no mass at {', '.join(bare) or 'a combination of coordinates'}); allowed: "
             "every degree of freedom has mass. Give it a mass or remove it."
         )
     forces = [*assembly.forces, *([] if steady else _speed_change_forces(assembly, names, mass))]
-    inverse = np.linalg.inv(mass)
-    core = _core(assembly, names, inverse)
+    damping, gyroscopic, stiffness = (
+        _matrix(entries, names) for entries in (assembly.damping, assembly.gyroscopic, assembly.stiffness)
+    )
+    core = _core(assembly, names, inverse, damping + assembly.speed_rad_s * gyroscopic, stiffness)
     size = core.shape[0]
     rows, columns = _Rows(), _Rows()
+    directions: dict[int, np.ndarray] = {}
     inputs, outputs = [], []
     for force in forces:
         read = [_padded(_vector(d, names), 0, size) for d in force.displacements]
         read += [_padded(_vector(d, names), n, size) for d in force.velocities]
         inputs.append(np.array([rows.index(v) for v in read], dtype=np.int64))
-        acts = [_padded(inverse @ _vector(d, names), n, size) for d in force.outputs]
-        outputs.append(np.array([columns.index(v) for v in acts], dtype=np.int64))
+        pushes = [_vector(d, names) for d in force.outputs]
+        acts = [columns.index(_padded(inverse @ push, n, size)) for push in pushes]
+        directions.update(zip(acts, pushes, strict=True))
+        outputs.append(np.array(acts, dtype=np.int64))
     force_columns = columns.matrix(size).T.copy()
-    probe_rows, probe_columns = _probe_matrices(assembly, names, core, force_columns)
+    seen = np.array([_vector(probe.row, names) for probe in assembly.probes]).reshape(-1, n)
+    probe_rows, probe_columns = _probe_matrices(assembly.probes, seen, core, force_columns)
     return System(
         core=core,
         force_columns=force_columns,
@@ -134,15 +156,32 @@ def build_system(assembly: Assembly, *, steady: bool = True) -> System:
         outputs=tuple(outputs),
         coordinates=tuple(names),
         mass_matrix=mass,
+        damping_matrix=damping,
+        gyroscopic_matrix=gyroscopic,
+        stiffness_matrix=stiffness,
+        force_directions=np.array([directions[i] for i in range(len(directions))]).reshape(-1, n).T,
+        probe_directions=seen,
+        state_blocks=tuple(assembly.state_blocks),
         speed_rad_s=assembly.speed_rad_s,
         notes=tuple(assembly.notes),
     )
 
 
-def _core(assembly: Assembly, names: dict[str, int], inverse: np.ndarray) -> np.ndarray:
+@functools.lru_cache(maxsize=32)
+def _inverse(mass: bytes) -> np.ndarray | None:
+    """Return the inverse of a mass matrix, None of a singular one; kept, as few effects change masses."""
+    matrix = np.frombuffer(mass).reshape(2 * [math.isqrt(len(mass) // 8)])
+    if not matrix.size or np.linalg.matrix_rank(matrix) < matrix.shape[0]:
+        return None
+    inverse = np.linalg.inv(matrix)
+    inverse.flags.writeable = False
+    return inverse
+
+
+def _core(
+    assembly: Assembly, names: dict[str, int], inverse: np.ndarray, damping: np.ndarray, stiffness: np.ndarray
+) -> np.ndarray:
     n = len(names)
-    stiffness = _matrix(assembly.stiffness, names)
-    damping = _matrix(assembly.damping, names) + assembly.speed_rad_s * _matrix(assembly.gyroscopic, names)
     extra = sum(block.a.shape[0] for block in assembly.state_blocks)
     core = np.zeros((2 * n + extra, 2 * n + extra))
     core[:n, n : 2 * n] = np.eye(n)
@@ -161,13 +200,12 @@ def _core(assembly: Assembly, names: dict[str, int], inverse: np.ndarray) -> np.
 
 
 def _probe_matrices(
-    assembly: Assembly, names: dict[str, int], core: np.ndarray, force_columns: np.ndarray
+    probes: list[Probe], seen: np.ndarray, core: np.ndarray, force_columns: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    n, size = len(names), core.shape[0]
-    rows = np.zeros((len(assembly.probes), size))
-    columns = np.zeros((len(assembly.probes), force_columns.shape[1]))
-    for i, probe in enumerate(assembly.probes):
-        vector = _vector(probe.row, names)
+    n, size = seen.shape[1], core.shape[0]
+    rows = np.zeros((len(probes), size))
+    columns = np.zeros((len(probes), force_columns.shape[1]))
+    for i, (probe, vector) in enumerate(zip(probes, seen, strict=True)):
         if probe.quantity == "acceleration":
             rows[i] = vector @ core[n : 2 * n]
             columns[i] = vector @ force_columns[n : 2 * n]
