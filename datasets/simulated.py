@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.metadata import version
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from ..simulators.sensor_chain import SensorChain, check_seed, record_of, run_ch
 from ..simulators.speed_profile import SpeedProfile, as_profile
 from .recording import Channel, GearPair, MountedBearing, Nameplate, OperatingCondition, Recording
 from .units import parse_unit
+
+if TYPE_CHECKING:
+    from ..simulators.solvers.simulate import Simulation
 
 #: Packages that decide about the numbers.
 _PACKAGES = ("rotorwise", "numpy", "scipy", "numba")
@@ -90,37 +93,25 @@ def record_machine(
     SimulationError
         When the motion grows without bound.
     """
-    from ..simulators.solvers.simulate import SimulationError, simulate_raw
+    from ..simulators.solvers.simulate import simulate_raw
 
     chain = SensorChain(pulses_per_revolution=1) if chain is None else chain
     profile, effects = as_profile(speed_rpm), sensor_effects(machine)
     check_seed(effects, seed)
     if chain.is_random and seed is None:
         raise InvalidValueError("seed = None, but the chain has noise or jitter; allowed: 0 or more. Give a seed.")
-    kept, notes = _kept(machine.assembly(speed_rpm=profile).probes, probes)
+    kept, notes = recordable(machine.assembly(speed_rpm=profile).probes, probes)
     _check_length(duration_s, rate_hz, len(machine.bare_assembly().probes))
-    # An unstable machine leaves the number range on the way; what it leaves is looked at below.
+    # An unstable machine leaves the number range on the way; `measured` looks at what it leaves.
     with np.errstate(over="ignore", invalid="ignore"):
         raw = simulate_raw([(machine, profile)], duration_s=duration_s, rate_hz=rate_hz, **options)[0]
-    if not np.abs(raw.signals).max() < _BEYOND_SENSE:
-        raise SimulationError(
-            f"The motion of {machine.name} grew to {np.abs(raw.signals).max():.3g}: the machine is unstable with these "
-            "parameters. Change them, or the speed."
-        )
     samples = math.floor(duration_s * rate_hz + 1e-9)
-    whole = record_of(raw, machine, output_rate_hz=rate_hz)
-    record = run_chain(whole, effects, samples=samples, seed=seed, chain=chain)
-    rows = [record.channels.index(probe) for probe in kept]
-    signals, channels = record.signals[rows], [_channel(probe) for probe in kept]
-    if chain.pulses_per_revolution:
-        generator = np.random.default_rng([seed or 0, len(rows)])
-        signals = np.vstack([signals, chain.tacho(record, generator)])
-        channels.append(Channel(TACHO, "tacho", stored_unit="V"))
+    signals, channels = measured(raw, machine, kept, rate_hz=rate_hz, samples=samples, chain=chain, seed=seed)
     errors = {} if raw.errors is None else dict(zip((p.name for p in raw.probes), raw.errors.tolist(), strict=True))
     recording = Recording(
         signals,
         rate_hz,
-        tuple(channels),
+        channels,
         condition=_condition(machine, profile),
         nameplate=nameplate_of(machine),
         label=label_of(machine.effects),
@@ -128,6 +119,62 @@ def record_machine(
     )
     origin = _provenance(machine, profile, chain, seed, raw.step_s)
     return SimulatedRecord(recording, (*raw.notes, *notes), raw.step_s, errors, origin)
+
+
+def measured(
+    raw: Simulation,
+    machine: Machine,
+    kept: Sequence[Probe],
+    *,
+    rate_hz: float,
+    samples: int,
+    chain: SensorChain,
+    seed: int | None,
+) -> tuple[np.ndarray, tuple[Channel, ...]]:
+    """Return what the measuring chain makes of a motion at some probes, and of the shaft's angle as a tacho.
+
+    Parameters
+    ----------
+    raw : Simulation
+        As `simulate_raw` of the simulators gives it.
+    machine : Machine
+    kept : sequence of Probe
+    rate_hz : float
+    samples : int
+    chain : SensorChain
+    seed : int or None
+        Required when the chain or an effect is random.
+
+    Returns
+    -------
+    signals : ndarray (channels, samples)
+        SI units; the tacho, if the chain has one, is the last.
+    channels : tuple of Channel
+
+    Raises
+    ------
+    SimulationError
+        When the motion has grown without bound.
+    """
+    from ..simulators.solvers.simulate import SimulationError
+
+    largest = float(np.abs(raw.signals).max())
+    if not largest < _BEYOND_SENSE:
+        raise SimulationError(
+            f"The motion of {machine.name} grew to {largest:.3g}: the machine is unstable with these parameters. "
+            "Change them, or the speed."
+        )
+    # The chain's filters cost as much as the simulation: only for what is recorded.
+    rows = [raw.probes.index(probe) for probe in kept]
+    some = replace(raw, signals=raw.signals[rows], probes=tuple(kept))
+    record = record_of(some, machine, output_rate_hz=rate_hz)
+    record = run_chain(record, sensor_effects(machine), samples=samples, seed=seed, chain=chain)
+    signals, channels = record.signals, [_channel(probe) for probe in kept]
+    if chain.pulses_per_revolution:
+        generator = np.random.default_rng([seed or 0, len(rows)])
+        signals = np.vstack([signals, chain.tacho(record, generator)])
+        channels.append(Channel(TACHO, "tacho", stored_unit="V"))
+    return signals, tuple(channels)
 
 
 def label_of(effects: Sequence[Effect]) -> str:
@@ -169,7 +216,7 @@ def nameplate_of(machine: Machine) -> Nameplate:
     )
 
 
-def _kept(there: Sequence[Probe], wanted: Sequence[str]) -> tuple[list[Probe], list[str]]:
+def recordable(there: Sequence[Probe], wanted: Sequence[str]) -> tuple[list[Probe], list[str]]:
     """Return the probes that a recording can hold, and a remark on those that it cannot."""
     names = [probe.name for probe in there]
     for name in wanted:
