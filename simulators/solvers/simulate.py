@@ -210,7 +210,10 @@ def simulate_motion(
     _check(duration_s, rate_hz, threads, len(cases))
     prepared = [_prepare(machine, speed) for machine, speed in cases]
     results: list[Simulation | None] = [None] * len(cases)
-    groups = _groups(prepared)
+    contacts = [contact_step_s(system) for system, _ in prepared]
+    wanted = [_step(machine, rate_hz, step_s) for machine, _ in cases]
+    steps = [max(own, math.ceil(1 / (rate_hz * most))) for own, most in zip(wanted, contacts, strict=True)]
+    groups = _groups(prepared, steps)
     if threads > 1:
         smallest = max(1, math.ceil(len(cases) / threads))
         groups = [group[i : i + smallest] for group in groups for i in range(0, len(group), smallest)]
@@ -221,9 +224,8 @@ def simulate_motion(
             profiles=[prepared[i][1] for i in members],
             systems=[prepared[i][0] for i in members],
         )
-        wanted = _step(cases[members[0]][0], rate_hz, step_s)
-        step = max(wanted, *(math.ceil(1 / (rate_hz * contact_step_s(system))) for system in lanes.systems))
-        remark = _refined(lanes.systems, step, rate_hz) if step > wanted else ""
+        step = steps[members[0]]
+        remark = _refined(lanes.systems, step, rate_hz) if step > wanted[members[0]] else ""
         settle = cases[members[0]][0].definition.settle_s if settle_s is None else settle_s
         options = {"duration_s": duration_s, "rate_hz": rate_hz, "settle_s": settle}
         signals = run_group(lanes, factor=step, modal=modal, highest_hz=highest_hz, **options)
@@ -303,8 +305,11 @@ def _prepare(machine: Machine, speed: float | SpeedProfile) -> tuple[System, Spe
     return machine.system(speed_rpm=profile), profile
 
 
-def _groups(prepared: list[tuple[System, SpeedProfile]]) -> list[list[int]]:
-    """Return the cases that may run side by side: same matrices, same laws in the same order."""
+def _groups(prepared: list[tuple[System, SpeedProfile]], steps: list[int]) -> list[list[int]]:
+    """Return the cases that may run side by side: same matrices, same laws in the same order, each its own step.
+
+    A stiffer contact beside it must not shorten the step of a run: what a run gives does not depend on the others.
+    """
     groups: dict[tuple[object, ...], list[int]] = {}
     for i, (system, _) in enumerate(prepared):
         key = (
@@ -314,6 +319,7 @@ def _groups(prepared: list[tuple[System, SpeedProfile]]) -> list[list[int]]:
             system.probe_rows.tobytes(),
             tuple((id(force.law), len(force.parameters), _counts(force)) for force in system.forces),
             tuple(row.tobytes() for row in (*system.inputs, *system.outputs)),
+            steps[i],
         )
         groups.setdefault(key, []).append(i)
     return [
