@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -251,13 +252,19 @@ def _speed_change_forces(assembly: Assembly, names: dict[str, int], mass: np.nda
 
 
 def _matrix(entries: dict[tuple[str, str], float], names: dict[str, int]) -> np.ndarray:
-    matrix = np.zeros((len(names), len(names)))
+    matrix = np.zeros(len(names) ** 2)
     try:
-        rows, columns = [names[first] for first, _ in entries], [names[second] for _, second in entries]
+        places = list(map(_places(tuple(names)).__getitem__, entries))
     except KeyError:
-        rows, columns = zip(*((_index(names, a), _index(names, b)) for a, b in entries), strict=True)
-    matrix[rows, columns] = list(entries.values())
-    return matrix
+        places = [_index(names, first) * len(names) + _index(names, second) for first, second in entries]
+    matrix[places] = list(entries.values())
+    return matrix.reshape(len(names), len(names))
+
+
+@functools.lru_cache(maxsize=8)
+def _places(names: tuple[str, ...]) -> dict[tuple[str, str], int]:
+    """Return the place of each pair of degrees of freedom in a matrix, row by row."""
+    return {pair: place for place, pair in enumerate(itertools.product(names, names))}
 
 
 def _vector(direction: Direction, names: dict[str, int]) -> np.ndarray:

@@ -222,6 +222,8 @@ class FlexibleCoupling:
             )
 
     def _warn_of_negative_stiffness(self, assembly: Assembly, direction: str) -> None:
+        if np.hypot(*self._series[direction]).sum() < 1:
+            return
         lowest = self.stiffness_factor(direction, np.linspace(0, 2 * math.pi, 721)).min()
         if lowest < 0:
             assembly.notes.append(

@@ -14,10 +14,10 @@ import numpy as np
 from ..errors import InvalidValueError
 from ..machine import Machine
 from ..speed_profile import steady
+from ..system import System
 from .blas import single_blas_thread
 from .equilibrium import lane_signals
-from .harmonic_balance import _linear_parts
-from .plan import force_plan
+from .plan import ForcePlan, force_plan
 
 
 @dataclass(frozen=True)
@@ -86,3 +86,20 @@ def floquet_multipliers(machine: Machine, *, speed_rpm: float, revolutions: int 
     multipliers = np.linalg.eigvals(transition)
     multipliers = multipliers[np.argsort(-np.abs(multipliers))]
     return Stability(multipliers, float(np.log(np.abs(multipliers[0])) / period))
+
+
+def _linear_parts(system: System, plan: ForcePlan, signals: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Return s (forces, instants) and S (forces, motions, instants) of the linear laws."""
+    motions, forces = system.motion_rows.shape[0], system.force_columns.shape[1]
+    instants = signals[0].shape[1]
+    constant, slope = np.zeros((forces, instants)), np.zeros((forces, motions, instants))
+    for k, force in enumerate(plan.forces):
+        if not force.law.is_linear:
+            continue
+        reads = plan.inputs[plan.rows[k, 1] : plan.rows[k, 2]]
+        acts = plan.outputs[plan.rows[k, 3] : plan.rows[k, 4]]
+        for i, act in enumerate(acts):
+            constant[act] += signals[k][i]
+            for j, read in enumerate(reads):
+                slope[act, read] += signals[k][acts.size + i * reads.size + j]
+    return constant, slope

@@ -11,8 +11,8 @@ Nonlinear Vibration Problems, Springer 2019, chapter 2 (alternating frequency-ti
 
 from __future__ import annotations
 
-import functools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,17 +20,18 @@ import numpy as np
 from ..assembly import Probe
 from ..errors import InvalidValueError, RotorwiseError
 from ..machine import Machine
-from ..speed_profile import steady
-from ..system import System
+from ..speed_profile import SpeedProfile, steady
+from ..system import System, build_system
 from .blas import single_blas_thread
-from .equilibrium import interface_forces, lane_signals
-from .plan import ForcePlan, force_plan
+from .frequency_response import Spinning, responses
+from .periodic_balance import WORST, Responses, balanced_linear, balanced_newton
+from .periodic_forces import periodic_forces
 
 #: Signals are sampled this many times finer than the highest harmonic; finer where they jump, as a jump is then known
 #: to within one sample.
 OVERSAMPLING, OVERSAMPLING_OF_JUMPS = 8, 128
-MOST_STEPS = 40
-TOLERANCE = 1e-10
+#: Systems that are kept for further speeds.
+KEPT_SYSTEMS = 16
 
 
 class NoPeriodicMotionError(RotorwiseError):
@@ -81,7 +82,6 @@ class PeriodicMotion:
         return complex(self.amplitudes[names.index(probe), where[0]])
 
 
-@single_blas_thread
 def harmonic_balance(machine: Machine, *, speed_rpm: float, harmonics: int = 8, revolutions: int = 1) -> PeriodicMotion:
     """Return the steady periodic motion at constant speed.
 
@@ -104,89 +104,113 @@ def harmonic_balance(machine: Machine, *, speed_rpm: float, harmonics: int = 8, 
     NoPeriodicMotionError
         When a nonlinear machine's balance does not converge.
     """
+    return harmonic_balance_at_speeds(machine, [speed_rpm], harmonics=harmonics, revolutions=revolutions)[0]
+
+
+@single_blas_thread
+def harmonic_balance_at_speeds(
+    machine: Machine, speeds_rpm: Sequence[float], *, harmonics: int = 8, revolutions: int = 1
+) -> list[PeriodicMotion]:
+    """Return the steady periodic motion at each of several constant speeds; cheaper than one after the other.
+
+    Parameters and errors as in `harmonic_balance`; one speed without a periodic motion fails them all.
+    """
     if harmonics < 1 or revolutions < 1:
         raise InvalidValueError(f"{harmonics} harmonics over {revolutions} revolutions; allowed: 1 or more of both.")
-    profile = steady(speed_rpm=speed_rpm)
-    system = machine.system(speed_rpm=profile)
-    plan = force_plan([system], [profile])
-    count = harmonics * revolutions
-    finer = OVERSAMPLING_OF_JUMPS if plan.jumping else OVERSAMPLING
-    instants = 2 ** math.ceil(math.log2(finer * (count + 1)))
-    signals = _periodic_signals(plan, instants, revolutions)
-    base = profile.speeds_rad_s[0] / revolutions
-    resolvents = _resolvents(system.core.tobytes(), base, count)
-    responses = system.motion_rows @ (resolvents @ system.force_columns)
-    if system.is_linear:
-        motions, residual = _balance_linear(system, plan, signals, responses), 0.0
+    profiles = [steady(speed_rpm=speed) for speed in speeds_rpm]
+    systems = _systems(machine, profiles)
+    groups: dict[object, list[int]] = {}
+    for i, system in enumerate(systems):
+        groups.setdefault(_wiring(system) if any(own is not systems[0] for own in systems) else None, []).append(i)
+    found: dict[int, PeriodicMotion] = {}
+    for group in groups.values():
+        speeds = [profiles[i].speeds_rad_s[0] for i in group]
+        motions = _motions([systems[i] for i in group], speeds, harmonics * revolutions, revolutions)
+        found.update(zip(group, motions, strict=True))
+    return [found[i] for i in range(len(profiles))]
+
+
+def _systems(machine: Machine, profiles: Sequence[SpeedProfile]) -> list[System]:
+    """Return the machine's matrices at each speed: the same system where nothing in it but gyroscopic terms follows it.
+
+    Interface forces and everything else that is read here does not contain the speed then.
+    """
+    key = (machine.definition, machine.preset_name, tuple(sorted(machine.changed.items())), machine.effects)
+    kept = _kept_systems.pop(key, None)
+    if kept is None:
+        systems = []
+        for profile in profiles:
+            assembly = machine.assembly(speed_rpm=profile)
+            follows = assembly.follows_speed
+            systems.append(build_system(assembly))
+            if not follows:
+                kept = systems[0]
+                break
+        else:
+            return systems
+    _kept_systems[key] = kept
+    while len(_kept_systems) > KEPT_SYSTEMS:
+        _kept_systems.pop(next(iter(_kept_systems)))
+    return [kept] * len(profiles)
+
+
+_kept_systems: dict[object, System] = {}
+
+
+def _wiring(system: System) -> object:
+    """Return what lanes that are balanced together share."""
+    forces = tuple((force.law, len(force.parameters)) for force in system.forces)
+    ends = tuple(tuple(rows.tolist()) for rows in (*system.inputs, *system.outputs))
+    return forces, ends, system.motion_rows.tobytes(), system.force_directions.tobytes()
+
+
+def _motions(systems: list[System], speeds_rad_s: list[float], count: int, revolutions: int) -> list[PeriodicMotion]:
+    """Return the motions of lanes with the same forces, up to ``count`` harmonics of the period."""
+    first, orders = systems[0], np.arange(count + 1) / revolutions
+    responding = _responses(systems, speeds_rad_s, count, revolutions)
+    if first.forces:
+        jumping = any(force.law.jumps is not None for force in first.forces)
+        finer = OVERSAMPLING_OF_JUMPS if jumping else OVERSAMPLING
+        instants = 2 ** math.ceil(math.log2(finer * (count + 1)))
+        forces = periodic_forces(systems, speeds_rad_s, instants, revolutions)
+        if first.is_linear:
+            pushed = balanced_linear(forces, responding)
+            residuals = np.where(np.isfinite(pushed).all(axis=(1, 2)), 0.0, np.nan)
+        else:
+            pushed, residuals = balanced_newton(forces, responding)
     else:
-        motions, residual = _balance_newton(system, plan, signals, responses)
-    forces = _force_harmonics(system, plan, signals, motions, instants)[:, : count + 1]
-    states = np.einsum("kij,jk->ik", resolvents, system.force_columns @ forces)
-    amplitudes = system.probe_rows @ states + system.probe_columns @ forces
-    return PeriodicMotion(
-        orders=np.arange(count + 1) / revolutions,
-        amplitudes=_one_sided(amplitudes),
-        motions=_one_sided(motions),
-        probes=system.probes,
-        speed_rad_s=profile.speeds_rad_s[0],
-        residual=residual,
+        pushed, residuals = np.zeros((len(systems), count + 1, 0), dtype=complex), np.zeros(len(systems))
+    unfinished = np.flatnonzero(~(residuals < WORST))
+    if unfinished.size:
+        raise NoPeriodicMotionError(
+            f"The harmonic balance of this machine did not converge (last relative change "
+            f"{residuals[unfinished[0]]:.2g}). Its motion may not be periodic, or it needs more harmonics; simulate it "
+            "in time instead."
+        )
+    motions, probes = (
+        _one_sided((response @ pushed[..., None])[..., 0].swapaxes(1, 2))
+        for response in (responding.of_motions, responding.of_probes)
     )
+    return [
+        PeriodicMotion(orders, probes[i], motions[i], system.probes, speed, float(residuals[i]))
+        for i, (system, speed) in enumerate(zip(systems, speeds_rad_s, strict=True))
+    ]
 
 
-@functools.lru_cache(maxsize=32)
-def _resolvents(core: bytes, base_rad_s: float, count: int) -> np.ndarray:
-    """Return (i k w - L)^-1 for k = 0..count, shape (count + 1, states, states).
-
-    Kept, as runs with other forces on the same core are usual. A machine with a motion that nothing holds has no
-    static response there: that part is left out.
-    """
-    matrix = np.frombuffer(core).reshape(2 * [math.isqrt(len(core) // 8)])
-    unit = np.eye(matrix.shape[0])
-    moving = np.linalg.inv(1j * base_rad_s * np.arange(1, count + 1)[:, None, None] * unit - matrix)
-    return np.concatenate([_static_response(matrix, unit)[None], moving])
-
-
-def _static_response(core: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Return -L^-1 B without the motions that nothing holds.
-
-    Balanced first: states in m, m/s and V differ so much in size that the cut for "nothing holds" would hit others.
-    """
-    from scipy.linalg import matrix_balance
-
-    balanced, (scale, _) = matrix_balance(core, permute=False, separate=True)
-    return (np.linalg.lstsq(-balanced, (columns.T / scale).T, rcond=1e-14)[0].T * scale).T
-
-
-def _periodic_signals(plan: ForcePlan, instants: int, revolutions: int) -> list[np.ndarray]:
-    speed = plan.profiles[0].speeds_rad_s[0]
-    period = 2 * np.pi * revolutions / speed
-    time = period * np.arange(instants) / instants
-    signals = lane_signals(plan, 0, plan.lane_timeline(0, time))
-    again = lane_signals(plan, 0, plan.lane_timeline(0, time + period))
-    for force, first, second in zip(plan.forces, signals, again, strict=True):
-        if first.size and np.abs(first - second).max() > 1e-6 * (np.abs(first).max() + 1e-300):
-            raise InvalidValueError(
-                f"Force {force.name} does not repeat after {revolutions} revolution(s) of the reference shaft; "
-                "allowed: a period of all forces. Give more revolutions, or simulate in time."
-            )
-    return signals
-
-
-def _linear_parts(system: System, plan: ForcePlan, signals: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Return s (forces, instants) and S (forces, motions, instants) of the linear laws."""
-    motions, forces = system.motion_rows.shape[0], system.force_columns.shape[1]
-    instants = signals[0].shape[1]
-    constant, slope = np.zeros((forces, instants)), np.zeros((forces, motions, instants))
-    for k, force in enumerate(plan.forces):
-        if not force.law.is_linear:
-            continue
-        reads = plan.inputs[plan.rows[k, 1] : plan.rows[k, 2]]
-        acts = plan.outputs[plan.rows[k, 3] : plan.rows[k, 4]]
-        for i, act in enumerate(acts):
-            constant[act] += signals[k][i]
-            for j, read in enumerate(reads):
-                slope[act, read] += signals[k][acts.size + i * reads.size + j]
-    return constant, slope
+def _responses(systems: list[System], speeds_rad_s: list[float], count: int, revolutions: int) -> Responses:
+    """Return what the forces of each lane do to its motions and probes."""
+    first = systems[0]
+    n, motions = len(first.coordinates), first.motion_rows.shape[0]
+    # Each row of motions reads displacements or velocities, never both.
+    reads = first.motion_rows[:, :n] + first.motion_rows[:, n : 2 * n]
+    rows = np.concatenate([reads, first.probe_directions])
+    derivatives = [int(row.any()) for row in first.motion_rows[:, n : 2 * n]]
+    derivatives += [("displacement", "velocity", "acceleration").index(probe.quantity) for probe in first.probes]
+    lanes = [Spinning(speed, speed / revolutions, count) for speed in speeds_rad_s]
+    found = responses(systems, lanes, rows, first.force_directions)
+    rates = 1j * np.outer([lane.base_rad_s for lane in lanes], np.arange(count + 1))
+    found *= rates[:, :, None, None] ** np.array(derivatives)[:, None]
+    return Responses(found[:, :, :motions], found[:, :, motions:])
 
 
 def balance_matrix(slope: np.ndarray, responses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -215,84 +239,6 @@ def balance_matrix(slope: np.ndarray, responses: np.ndarray) -> tuple[np.ndarray
     return np.eye(size) - blocks.reshape(size, size), wide
 
 
-def _solve_balance(slope: np.ndarray, constant: np.ndarray, responses: np.ndarray) -> np.ndarray:
-    """Return the motions' harmonics 0..K, shape (motions, K + 1), of u = constant + slope x."""
-    top, motions = responses.shape[0] - 1, responses.shape[1]
-    matrix, wide = balance_matrix(slope, responses)
-    spectrum = np.fft.fft(constant, axis=-1) / constant.shape[-1]
-    right = np.einsum("amf,fa->am", wide, spectrum[:, np.arange(-top, top + 1)])
-    solution = np.linalg.solve(matrix, right.ravel()).reshape(2 * top + 1, motions)
-    return solution[top:].T
-
-
-def _balance_linear(system: System, plan: ForcePlan, signals: list[np.ndarray], responses: np.ndarray) -> np.ndarray:
-    if not plan.forces:
-        return np.zeros((system.motion_rows.shape[0], responses.shape[0]), dtype=complex)
-    constant, slope = _linear_parts(system, plan, signals)
-    return _solve_balance(slope, constant, responses)
-
-
-def _balance_newton(
-    system: System, plan: ForcePlan, signals: list[np.ndarray], responses: np.ndarray
-) -> tuple[np.ndarray, float]:
-    motions, forces = system.motion_rows.shape[0], system.force_columns.shape[1]
-    instants = signals[0].shape[1]
-    found = np.zeros((motions, responses.shape[0]), dtype=complex)
-    change = math.inf
-    for _ in range(MOST_STEPS):
-        x = _waveform(found, instants)
-        u, slope = _local_slope(plan, signals, x, forces)
-        constant = u - np.einsum("fmt,mt->ft", slope, x)
-        following = _solve_balance(slope, constant, responses)
-        scale = np.abs(following).max()
-        change = float(np.abs(following - found).max() / scale) if scale > 0 else 0.0
-        found = following
-        if not np.isfinite(change):
-            break
-        if change < TOLERANCE:
-            return found, change
-    if change < 1e-6:
-        return found, change
-    raise NoPeriodicMotionError(
-        f"The harmonic balance of this machine did not converge (last relative change {change:.2g}). Its motion may "
-        "not be periodic, or it needs more harmonics; simulate it in time instead."
-    )
-
-
-def _local_slope(
-    plan: ForcePlan, signals: list[np.ndarray], x: np.ndarray, forces: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return u (forces, instants) and du/dx (forces, motions, instants) by central differences."""
-    motions, instants = x.shape
-    u = interface_forces(plan, 0, signals, x, forces)
-    slope = np.zeros((forces, motions, instants))
-    width = 1e-6 * np.abs(x).max(axis=1) + 1e-12
-    for j in range(motions):
-        move = np.zeros((motions, 1))
-        move[j] = width[j]
-        above = interface_forces(plan, 0, signals, x + move, forces)
-        below = interface_forces(plan, 0, signals, x - move, forces)
-        slope[:, j] = (above - below) / (2 * width[j])
-    return u, slope
-
-
-def _force_harmonics(
-    system: System, plan: ForcePlan, signals: list[np.ndarray], motions: np.ndarray, instants: int
-) -> np.ndarray:
-    forces = system.force_columns.shape[1]
-    if not plan.forces:
-        return np.zeros((forces, instants), dtype=complex)
-    u = interface_forces(plan, 0, signals, _waveform(motions, instants), forces)
-    return np.fft.fft(u, axis=-1) / instants
-
-
-def _waveform(motions: np.ndarray, instants: int) -> np.ndarray:
-    """Return x(t) over one period from its harmonics 0..K."""
-    spectrum = np.zeros((motions.shape[0], instants // 2 + 1), dtype=complex)
-    spectrum[:, : motions.shape[1]] = motions * instants
-    return np.fft.irfft(spectrum, instants, axis=-1)
-
-
 def _one_sided(two_sided: np.ndarray) -> np.ndarray:
     """Turn two-sided harmonics 0..K into peak amplitudes: all but the mean count twice."""
-    return two_sided * np.where(np.arange(two_sided.shape[1]) == 0, 1.0, 2.0)
+    return two_sided * np.where(np.arange(two_sided.shape[-1]) == 0, 1.0, 2.0)

@@ -150,10 +150,12 @@ def test_signature_appears(machine, effect):
     resolution = orders[1]
     strongest = []
     for line in lines:
+        # A mean shows as a displacement only.
         seen = [
             i for i, p in enumerate(probes)
-            if line.direction in ("any", p.direction)
-            or (line.direction == "lateral" and p.direction in ("x", "y"))
+            if (line.direction in ("any", p.direction)
+                or (line.direction == "lateral" and p.direction in ("x", "y")))
+            and (line.order_at(SPEED_RPM) > 0 or p.quantity == "displacement")
         ]  # fmt: skip
         if not seen:
             continue
