@@ -13,6 +13,8 @@ from ..law import Direction, Timeline
 from ..system import System, build_system
 
 _ANGLES = 64
+#: A speed at which forces of inertia are small beside any weight.
+_SLOW_RAD_S = 1.0
 
 
 def static_motion(assembly: Assembly, unfinished: Iterable[Any], rows: Sequence[Direction]) -> np.ndarray:
@@ -29,47 +31,56 @@ def static_motion(assembly: Assembly, unfinished: Iterable[Any], rows: Sequence[
         Those whose `finish` has not been called.
     rows : sequence of Direction
     """
+    # At rest the gyroscopic terms do nothing, and mean forces seldom follow the speed: one answer then serves them all.
+    system, follows = _finished(assembly, unfinished, 0.0)
+    slow, fast = _mean_forces(system, _SLOW_RAD_S), _mean_forces(system, assembly.own_speed_rad_s)
+    if follows or not np.allclose(slow[0], fast[0], rtol=0, atol=1e-12 * fast[1]):
+        system, _ = _finished(assembly, unfinished, assembly.speed_rad_s)
+        slow = _mean_forces(system, system.speed_rad_s)
+    push = system.force_columns @ slow[0]
+    if system.state_blocks:
+        states = _least_response(system.core, push)
+        return np.array([system.row(row) @ states for row in rows])
+    # The stiffness alone is far better conditioned than the core, whose states are in m and in m/s.
+    count = len(system.coordinates)
+    found = _least_response(-system.stiffness_matrix, system.mass_matrix @ push[count : 2 * count])
+    return np.array([system.row(row)[:count] @ found for row in rows])
+
+
+def _finished(assembly: Assembly, unfinished: Iterable[Any], speed_rad_s: float) -> tuple[System, bool]:
+    """Return the finished machine without probes, and whether a component asked for its speed."""
     trial = replace(
         assembly,
+        speed_rad_s=speed_rad_s,
         **{name: dict(getattr(assembly, name)) for name in ("mass", "damping", "stiffness", "gyroscopic")},
         **{name: list(getattr(assembly, name)) for name in ("coordinates", "state_blocks", "forces", "notes")},
         probes=[],
     )
     for component in unfinished:
         component.finish(trial)
-    system = build_system(trial)
-    push = system.force_columns @ _mean_forces(system)
-    if trial.state_blocks:
-        states = _least_response(system.core, push)
-        return np.array([system.row(row) @ states for row in rows])
-    # The stiffness alone is far better conditioned than the core, whose states are in m and in m/s.
-    count = len(system.coordinates)
-    place = {name: i for i, name in enumerate(system.coordinates)}
-    stiffness = np.zeros((count, count))
-    for (first, second), value in trial.stiffness.items():
-        stiffness[place[first], place[second]] += value
-    found = _least_response(-stiffness, system.mass_matrix @ push[count : 2 * count])
-    return np.array([system.row(row)[:count] @ found for row in rows])
+    follows = trial.follows_speed
+    return build_system(trial), follows
 
 
-def _mean_forces(system: System) -> np.ndarray:
-    """Return the mean over one revolution of the forces without motion, shape (forces,)."""
+def _mean_forces(system: System, speed_rad_s: float) -> tuple[np.ndarray, float]:
+    """Return the mean over one revolution of the forces without motion, (forces,), and their largest value."""
     phase = 2 * np.pi * np.arange(_ANGLES)[:, None] / _ANGLES
-    speed = np.full(phase.shape, system.speed_rad_s)
-    timeline = Timeline(np.zeros(phase.shape), phase, speed, np.zeros(phase.shape))
-    mean = np.zeros(system.force_columns.shape[1])
+    timeline = Timeline(np.zeros(phase.shape), phase, np.full(phase.shape, speed_rad_s), np.zeros(phase.shape))
+    mean, largest = np.zeros(system.force_columns.shape[1]), 0.0
     for force, reads, acts in zip(system.forces, system.inputs, system.outputs, strict=True):
         parameters = np.array(force.parameters)[:, None]
         branch = {"branch_rad": phase} if force.law.jumps is not None else {}
         signals = force.law.signals(timeline, parameters, **branch)[:, :, 0]
         if force.law.is_linear:
             np.add.at(mean, acts, signals[: acts.size].mean(axis=1))
+            largest = max(largest, float(np.abs(signals[: acts.size]).max(initial=0.0)))
             continue
         still, u = np.zeros((system.motion_rows.shape[0], _ANGLES)), np.zeros((mean.size, _ANGLES))
         repeated = np.repeat(parameters, _ANGLES, axis=1)
         force.law.force(np.ascontiguousarray(signals), repeated, still, reads, acts, u)
         mean += u.mean(axis=1)
-    return mean
+        largest = max(largest, float(np.abs(u).max(initial=0.0)))
+    return mean, largest
 
 
 def _least_response(matrix: np.ndarray, push: np.ndarray) -> np.ndarray:

@@ -52,6 +52,11 @@ def forget() -> None:
     _cores.clear()
 
 
+def kept_inverses() -> int:
+    """Return how many inverses, each of one core at one speed, are kept."""
+    return sum(len(known.inverses) for known in _cores.values())
+
+
 def responses(
     systems: Sequence[System], lanes: Sequence[Spinning], rows: np.ndarray, columns: np.ndarray
 ) -> np.ndarray:
@@ -86,12 +91,16 @@ def _of_core(
     left, right = np.ascontiguousarray(rows[:, used_rows]), np.ascontiguousarray(columns[used_columns])
     if not is_new and len(known.inverses) + len(lanes) > MOST_SPEEDS:
         known.inverses.clear()
+    # Metres and radians beside each other cost digits: over the square root of their mass all coordinates are alike.
+    scale = 1 / np.sqrt(np.diag(system.mass_matrix))
     for i, lane in enumerate(lanes):
         if is_new:
-            found[i, 1:] = left @ np.linalg.solve(dynamic_stiffness(system, lane), columns)[:, used_rows]
+            solution = np.linalg.solve(dynamic_stiffness(system, lane, scale), scale[:, None] * columns)
+            found[i, 1:] = (left * scale[used_rows]) @ solution[:, used_rows]
             continue
         if lane not in known.inverses:
-            known.inverses[lane] = np.linalg.inv(dynamic_stiffness(system, lane))
+            inverse = np.linalg.inv(dynamic_stiffness(system, lane, scale))
+            known.inverses[lane] = scale[:, None] * inverse * scale
         found[i, 1:] = left @ known.inverses[lane][:, used_rows[:, None], used_columns] @ right
     return found
 
@@ -117,12 +126,16 @@ def _remembered(key: tuple[bytes, ...], system: System) -> tuple[_Known, bool]:
     return _cores[key], is_new
 
 
-def dynamic_stiffness(system: System, lane: Spinning) -> np.ndarray:
-    """Return Z at 1 to ``count`` times the base frequency, shape (count, coordinates, coordinates)."""
+def dynamic_stiffness(system: System, lane: Spinning, scale: np.ndarray) -> np.ndarray:
+    """Return Z at 1 to ``count`` times the base frequency, shape (count, coordinates, coordinates).
+
+    Rows and columns are multiplied by ``scale`` (coordinates,).
+    """
     frequency = lane.base_rad_s * np.arange(1, lane.count + 1)
     found = np.empty((lane.count, *system.mass_matrix.shape), dtype=complex)
-    damping = system.damping_matrix + lane.speed_rad_s * system.gyroscopic_matrix
-    found.real = system.stiffness_matrix - np.multiply.outer(frequency**2, system.mass_matrix)
+    both = np.multiply.outer(scale, scale)
+    damping = both * (system.damping_matrix + lane.speed_rad_s * system.gyroscopic_matrix)
+    found.real = both * system.stiffness_matrix - np.multiply.outer(frequency**2, both * system.mass_matrix)
     found.imag = np.multiply.outer(frequency, damping)
     transfers: dict[tuple[bytes, ...], np.ndarray] = {}
     places = {name: i for i, name in enumerate(system.coordinates)}
@@ -133,7 +146,8 @@ def dynamic_stiffness(system: System, lane: Spinning) -> np.ndarray:
         gain = transfers[key] + block.d
         for output, push in block.output.items():
             for read, seen in block.input.items():
-                found[:, places[output], places[read]] -= push * seen * gain
+                i, j = places[output], places[read]
+                found[:, i, j] -= both[i, j] * push * seen * gain
     return found
 
 

@@ -157,6 +157,16 @@ def _systems(machine: Machine, profiles: Sequence[SpeedProfile]) -> list[System]
 _kept_systems: dict[object, System] = {}
 
 
+def forget() -> None:
+    """Forget the systems of all machines."""
+    _kept_systems.clear()
+
+
+def kept_systems() -> int:
+    """Return of how many machines the system is kept."""
+    return len(_kept_systems)
+
+
 def _wiring(system: System) -> object:
     """Return what lanes that are balanced together share."""
     forces = tuple((force.law, len(force.parameters)) for force in system.forces)
@@ -187,10 +197,8 @@ def _motions(systems: list[System], speeds_rad_s: list[float], count: int, revol
             f"{residuals[unfinished[0]]:.2g}). Its motion may not be periodic, or it needs more harmonics; simulate it "
             "in time instead."
         )
-    motions, probes = (
-        _one_sided((response @ pushed[..., None])[..., 0].swapaxes(1, 2))
-        for response in (responding.of_motions, responding.of_probes)
-    )
+    motions = _one_sided(responding.motions(pushed).swapaxes(1, 2))
+    probes = _one_sided((responding.of_probes @ pushed[..., None])[..., 0].swapaxes(1, 2))
     return [
         PeriodicMotion(orders, probes[i], motions[i], system.probes, speed, float(residuals[i]))
         for i, (system, speed) in enumerate(zip(systems, speeds_rad_s, strict=True))
@@ -199,18 +207,21 @@ def _motions(systems: list[System], speeds_rad_s: list[float], count: int, revol
 
 def _responses(systems: list[System], speeds_rad_s: list[float], count: int, revolutions: int) -> Responses:
     """Return what the forces of each lane do to its motions and probes."""
-    first = systems[0]
-    n, motions = len(first.coordinates), first.motion_rows.shape[0]
+    first, n = systems[0], len(systems[0].coordinates)
     # Each row of motions reads displacements or velocities, never both.
     reads = first.motion_rows[:, :n] + first.motion_rows[:, n : 2 * n]
-    rows = np.concatenate([reads, first.probe_directions])
-    derivatives = [int(row.any()) for row in first.motion_rows[:, n : 2 * n]]
-    derivatives += [("displacement", "velocity", "acceleration").index(probe.quantity) for probe in first.probes]
+    number: dict[bytes, int] = {}
+    directions = np.array([number.setdefault(row.tobytes(), len(number)) for row in reads], dtype=int)
+    distinct = np.unique(directions, return_index=True)[1]
+    rows = np.concatenate([reads[distinct], first.probe_directions])
     lanes = [Spinning(speed, speed / revolutions, count) for speed in speeds_rad_s]
     found = responses(systems, lanes, rows, first.force_directions)
-    rates = 1j * np.outer([lane.base_rad_s for lane in lanes], np.arange(count + 1))
-    found *= rates[:, :, None, None] ** np.array(derivatives)[:, None]
-    return Responses(found[:, :, :motions], found[:, :, motions:])
+    rates = 1j * np.outer([lane.base_rad_s for lane in lanes], np.arange(count + 1))[:, :, None]
+    of_directions, of_probes = found[:, :, : distinct.size], found[:, :, distinct.size :]
+    derivatives = [("displacement", "velocity", "acceleration").index(probe.quantity) for probe in first.probes]
+    of_probes *= (rates ** np.array(derivatives, dtype=int))[..., None]
+    factors = np.where(first.motion_rows[:, n : 2 * n].any(axis=1), rates, 1.0)
+    return Responses(of_directions, of_probes, directions, factors)
 
 
 def balance_matrix(slope: np.ndarray, responses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -10,6 +10,7 @@ Real and imaginary parts of k = 0..K are solved for, all lanes in one call.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,18 +28,32 @@ class Responses:
 
     Attributes
     ----------
-    of_motions : ndarray (lanes, K + 1, motions, forces), complex
-        H of the interface motions.
+    of_directions : ndarray (lanes, K + 1, directions, forces), complex
+        H of the displacements that interface motions are, or whose velocities they are.
     of_probes : ndarray (lanes, K + 1, probes, forces), complex
+    directions : ndarray of int (motions,)
+        Of each interface motion.
+    factors : ndarray (lanes, K + 1, motions), complex
+        Motion over displacement: 1, or i k w of a velocity.
     """
 
-    of_motions: np.ndarray
+    of_directions: np.ndarray
     of_probes: np.ndarray
+    directions: np.ndarray
+    factors: np.ndarray
 
     @property
     def top(self) -> int:
         """K, the highest harmonic."""
-        return self.of_motions.shape[1] - 1
+        return self.factors.shape[1] - 1
+
+    def of(self, lanes: np.ndarray) -> Responses:
+        """Return those of some lanes."""
+        return Responses(self.of_directions[lanes], self.of_probes[lanes], self.directions, self.factors[lanes])
+
+    def motions(self, forces: np.ndarray) -> np.ndarray:
+        """Return the motions (lanes, K + 1, motions) that forces (lanes, K + 1, forces) make."""
+        return _times(self.of_directions, forces)[:, :, self.directions] * self.factors
 
 
 @dataclass(frozen=True)
@@ -66,7 +81,7 @@ def balanced_linear(forces: PeriodicForces, responding: Responses) -> np.ndarray
     constant, slope = forces.linear_parts()
     spectrum = _spectrum(constant, responding.top)
     slopes = _slopes(slope, responding.top)
-    return _with_slopes(spectrum, slopes, _solved(spectrum, slopes, responding.of_motions))
+    return _with_slopes(spectrum, slopes, _solved(spectrum, slopes, responding))
 
 
 def balanced_newton(forces: PeriodicForces, responding: Responses) -> tuple[np.ndarray, np.ndarray]:
@@ -77,17 +92,16 @@ def balanced_newton(forces: PeriodicForces, responding: Responses) -> tuple[np.n
     """
     constant, slope = forces.linear_parts()
     given, linear = _spectrum(constant, responding.top), _slopes(slope, responding.top)
-    lanes, top = given.shape[0], responding.top
-    found = np.zeros((lanes, top + 1, responding.of_motions.shape[2]), dtype=complex)
+    lanes = given.shape[0]
+    found = np.zeros(responding.factors.shape, dtype=complex)
     change = np.full(lanes, np.inf)
     going = np.arange(lanes)
     for _ in range(MOST_STEPS):
         pushes, slopes = _linearised(forces, going, found[going], constant.shape)
         spectrum = given[going] + pushes
         both = _joined(linear.of(going), slopes)
-        own = responding.of_motions[going]
-        acting = _with_slopes(spectrum, both, _solved(spectrum, both, own))
-        following = _times(own, acting)
+        own = responding.of(going)
+        following = own.motions(_with_slopes(spectrum, both, _solved(spectrum, both, own)))
         scale = np.abs(following).max(axis=(1, 2))
         moved = np.abs(following - found[going]).max(axis=(1, 2))
         change[going] = np.divide(moved, scale, out=np.zeros(going.size), where=scale != 0)
@@ -181,35 +195,54 @@ def _shifted(spectrum: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.where(lag < 0, np.conj(before), before), spectrum[..., order[:, None] + order]
 
 
-def _solved(spectrum: np.ndarray, slopes: Slopes, responses: np.ndarray) -> np.ndarray:
+def _solved(spectrum: np.ndarray, slopes: Slopes, responding: Responses) -> np.ndarray:
     """Return the motions (lanes, K + 1, motions) that the forces s + S x make; those that no slope reads stay zero."""
-    lanes, orders, motions, _ = responses.shape
-    found = np.zeros((lanes, orders, motions), dtype=complex)
+    found = np.zeros(responding.factors.shape, dtype=complex)
     if not slopes.pairs.size:
         return found
-    reads, place = np.unique(slopes.pairs[:, 1], return_inverse=True)
-    own = responses[:, :, reads]
-    before, after = _shifted(slopes.spectrum)
-    after[..., 0] = 0.0
-    # Axes: lanes, part and order and motion of the row, then of the column.
-    matrix = np.zeros((lanes, 2, orders, reads.size, 2, orders, reads.size))
-    for number, act in enumerate(slopes.pairs[:, 0]):
-        column = own[:, :, :, act, None]
-        one, other = (column * side[number][:, :, None] for side in (before, after))
-        at = place[number]
+    wanted, place = np.unique(responding.directions[slopes.pairs[:, 1]], return_inverse=True)
+    own = responding.of_directions[:, :, wanted]
+    lanes, orders, size, _ = own.shape
+    # Axes: lanes, part and order and direction of the row, then of the column.
+    matrix = np.zeros((lanes, 2, orders, size, 2, orders, size))
+    for at, (acts, before, after) in enumerate(_by_direction(slopes, place, responding.factors)):
+        column = own[:, :, :, acts]
+        one, other = column @ before, column @ after
         plus, minus = one + other, one - other
-        matrix[:, 0, :, :, 0, :, at] -= plus.real
-        matrix[:, 0, :, :, 1, :, at] += minus.imag
-        matrix[:, 1, :, :, 0, :, at] -= plus.imag
-        matrix[:, 1, :, :, 1, :, at] -= minus.real
-    size = 2 * orders * reads.size
-    matrix = matrix.reshape(lanes, size, size)
-    matrix[:, np.arange(size), np.arange(size)] += 1.0
+        matrix[:, 0, :, :, 0, :, at] = -np.real(plus)
+        matrix[:, 0, :, :, 1, :, at] = np.imag(minus)
+        matrix[:, 1, :, :, 0, :, at] = -np.imag(plus)
+        matrix[:, 1, :, :, 1, :, at] = -np.real(minus)
+    unknowns = 2 * orders * size
+    matrix = matrix.reshape(lanes, unknowns, unknowns)
+    matrix[:, np.arange(unknowns), np.arange(unknowns)] += 1.0
     right = _times(own, spectrum)
     parts = np.concatenate([np.real(right).reshape(lanes, -1), np.imag(right).reshape(lanes, -1)], axis=1)
     try:
-        solution = np.linalg.solve(matrix, parts[..., None]).reshape(lanes, 2, orders, reads.size)
+        solution = np.linalg.solve(matrix, parts[..., None]).reshape(lanes, 2, orders, size)
     except np.linalg.LinAlgError:
-        solution = np.full((lanes, 2, orders, reads.size), np.nan)
-    found[:, :, reads] = solution[:, 0] + 1j * solution[:, 1]
+        solution = np.full((lanes, 2, orders, size), np.nan)
+    read = slopes.pairs[:, 1]
+    found[:, :, read] = (solution[:, 0] + 1j * solution[:, 1])[:, :, place] * responding.factors[:, :, read]
     return found
+
+
+def _by_direction(
+    slopes: Slopes, place: np.ndarray, factors: np.ndarray
+) -> Iterator[tuple[list[int], np.ndarray, np.ndarray]]:
+    """Give, for each direction, the forces that it changes and S_(k-l), S_(k+l), each (lanes, K + 1, forces, K + 1).
+
+    The former multiplies the displacement's harmonic l, the latter its conjugate.
+    """
+    before, after = _shifted(slopes.spectrum)
+    for at in range(place.max() + 1):
+        own = np.flatnonzero(place == at)
+        acts = list(dict.fromkeys(slopes.pairs[own, 0].tolist()))
+        sums = np.zeros((2, before.shape[1], before.shape[2], len(acts), before.shape[3]), dtype=complex)
+        for number in own:
+            act, read = slopes.pairs[number]
+            factor = factors[:, None, :, read]
+            sums[0, :, :, acts.index(act)] += before[number] * factor
+            sums[1, :, :, acts.index(act)] += after[number] * np.conj(factor)
+        sums[1, ..., 0] = 0.0
+        yield acts, sums[0], sums[1]
