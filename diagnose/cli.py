@@ -12,6 +12,7 @@ from pathlib import Path
 import typer
 
 from . import cli_options as options
+from .dataset_command import dataset
 from .effects_command import effects
 from .gap_command import gap
 from .papers import papers
@@ -113,6 +114,7 @@ def demo(output: options.Output = Path("rotorwise-demo"), force: options.DemoFor
     raise typer.Exit(run(request))
 
 
+app.add_typer(dataset, name="dataset")
 app.command()(papers)
 app.command()(effects)
 app.command()(gap)

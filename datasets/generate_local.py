@@ -1,0 +1,92 @@
+"""Parts computed by processes of this computer."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Generator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import active_children, get_context
+
+from .generate_part import Part, make_part, warm_up
+from .store import Store
+
+
+def computed_by_processes(
+    store: Store, missing: Sequence[int], limit: int | None, *, workers: int, ahead: int
+) -> Generator[Part, None, None]:
+    """Yield parts as they are finished; the order does not matter, the content of each is its own.
+
+    Parameters
+    ----------
+    store : Store
+    missing : sequence of int
+        Numbers of the parts to compute.
+    limit : int or None
+    workers : int
+    ahead : int
+        Parts under way or finished for each worker.
+
+    Raises
+    ------
+    BuildError
+        When a process died.
+    """
+    before = set(active_children())
+    workers, source = min(workers, len(missing)), store.recipe.source
+    # A forked process would inherit locks of numba and BLAS in any state.
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_begin) as pool:
+        waiting: set[Future[Part]] = set()
+        left = iter(missing)
+        try:
+            # One process compiles what is not yet compiled; the others find it on the disk.
+            pool.submit(warm_up, source).result()
+            while True:
+                for number in left:
+                    waiting.add(pool.submit(make_part, source, number, limit=limit))
+                    if len(waiting) >= ahead * workers:
+                        break
+                if not waiting:
+                    return
+                done, waiting = wait(waiting, return_when=FIRST_COMPLETED)
+                for future in done:
+                    yield future.result()
+        except BrokenProcessPool:
+            from .generate import BuildError
+
+            raise BuildError(
+                f"A process that computed parts of {store.folder.name} was killed, most likely for lack of memory. "
+                f"What has been built is whole: build again, with fewer than {workers} workers (--workers)."
+            ) from None
+        finally:
+            if waiting:
+                # Nobody wants their parts any more: a computed part would only delay the end.
+                pool.shutdown(wait=False, cancel_futures=True)
+                for process in set(active_children()) - before:
+                    process.terminate()
+
+
+def _begin() -> None:
+    """Make a worker ready: one thread, nothing on interruption, an end when its parent ends."""
+    import signal
+    import threading
+
+    import scipy.linalg
+    from threadpoolctl import threadpool_limits
+
+    # The other cores have parts of their own. Each BLAS must be loaded to be found.
+    del scipy
+    threadpool_limits(1)
+    # Ctrl-C reaches the whole group; the parent says what happens.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """End this process when its parent has ended: a killed parent cannot say so."""
+    from multiprocessing import parent_process
+
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
