@@ -42,11 +42,11 @@ $(VENV)/stamp-run: pyproject.toml | $(VENV)/stamp-venv
 	touch $@
 
 $(VENV)/stamp-test: pyproject.toml | $(VENV)/stamp-venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test,test-stores]'
 	touch $@ $(VENV)/stamp-run
 
 $(VENV)/stamp-lint: pyproject.toml | $(VENV)/stamp-venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test,lint]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test,test-stores,lint]'
 	touch $@ $(VENV)/stamp-test $(VENV)/stamp-run
 
 # A stamp, not bin/python: an environment whose making was interrupted has bin/python but no pip.
