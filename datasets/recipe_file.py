@@ -103,9 +103,11 @@ def _machine(where: str, entry: dict[str, Any], top: dict[str, Any]) -> MachineR
     name = _text(where, entry, "name", Path(kind).stem)
     where = f"{where}, machine {name}"
     _check_keys(where, entry, _MACHINE)
-    machine = machine_from_toml(entry["machine_text"]) if "machine_text" in entry else find_machine(kind)
-    if "preset" in entry:
-        machine = machine.preset(_text(where, entry, "preset"))
+    try:
+        machine = machine_from_toml(entry["machine_text"]) if "machine_text" in entry else find_machine(kind)
+        machine = machine.preset(_text(where, entry, "preset")) if "preset" in entry else machine
+    except RotorwiseError as problem:
+        raise InvalidValueError(f"{where}: {problem}") from None
     declared = {one.name: one for one in machine.definition.parameters}
     load_name = machine.definition.load_parameter
     if "load" in entry and not load_name:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import accumulate
 
 from .recipe import MachineRecipe, Recipe
@@ -35,13 +36,13 @@ class Parts:
         """Number of signals in all parts."""
         return self.recipe.signals if self.limit is None else min(self.limit, self.recipe.signals)
 
-    @property
+    @cached_property
     def rounds(self) -> int:
         """How many machine draws of every kind make one part; 0 where one of them makes several parts."""
         fitting = min(_fitting(one) for one in self.recipe.machines) // self.recipe.per_round
         return min(fitting, max(1, self.recipe.draws // FEWEST_PARTS))
 
-    @property
+    @cached_property
     def starts(self) -> list[int]:
         """First signal of each part within one machine draw of every kind, and the end of the last."""
         sizes = []

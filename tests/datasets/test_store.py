@@ -1,0 +1,324 @@
+"""The store: nothing lost, doubled or half-written, whatever happens; nobody else's files touched."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pyarrow.parquet as pq
+import pytest
+from rotorwise.datasets.generate import Progress, build, summary_of
+from rotorwise.datasets.recipe_file import load_recipe
+from rotorwise.datasets.store import Store, open_store
+from rotorwise.datasets.store_folder import LocalFolder, StoreError, folder_of
+
+SMALL = Path(__file__).with_name("recipe_small.toml")
+KILLS = 20
+
+
+def content(folder: Path) -> dict[str, bytes]:
+    """Return the bytes of every file among the data."""
+    return {path.name: path.read_bytes() for path in sorted((folder / "data").iterdir())}
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of the small dataset, built without interruption."""
+    return Path(build(SMALL, tmp_path_factory.mktemp("whole") / "set", workers=1).folder.name)
+
+
+#: Builds in forked processes, which have everything imported, and kills each after a while; tells how far each came.
+_KILLER = """
+import os, random, signal, sys, time
+from pathlib import Path
+from rotorwise.datasets.generate import build
+from rotorwise.datasets.recipe_file import load_recipe
+import rotorwise.datasets.generate_part, pyarrow.parquet
+recipe, folder, kills = load_recipe(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3])
+rotorwise.datasets.generate_part.warm_up(recipe.source)
+random.seed(3)
+for kill in range(kills):
+    child = os.fork()
+    if child == 0:
+        build(recipe, folder, workers=1)
+        os._exit(0)
+    time.sleep(random.uniform(0.0, 0.4))
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    data = folder / "data"
+    print(len(list(data.iterdir())) if data.is_dir() else 0, flush=True)
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_killed_at_random_it_loses_doubles_and_halves_nothing(whole: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "set"
+    words = [sys.executable, "-c", _KILLER, str(SMALL), str(folder), str(KILLS)]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=250, check=True)
+    came = [int(line) for line in done.stdout.split()]
+    assert len(came) == KILLS
+    assert came == sorted(came), "a part was lost"
+    # Otherwise the kills came all before the first part or after the last one.
+    assert len(set(came)) > 2
+    reference = content(whole)
+    assert all(reference[name] == raw for name, raw in content(folder).items())
+    build(SMALL, folder, workers=1)
+    assert content(folder) == reference
+    assert sorted(path.name for path in folder.rglob("*") if path.is_file() and path.parent.name != "data") == sorted(
+        ["dataset.json", "manifest.json", "card.md", ".lock"]
+    )
+
+
+#: Where a build can end between two instructions: before a draft, half-way in it, before and after the renaming.
+_CRASHES = {
+    "no draft yet": "os.fsync = lambda number: None\nPath.open = end",
+    "draft half written": "import io\nwrite = io.BufferedWriter.write\nos.fsync = end_cut",
+    "draft written, not renamed": "Path.replace = end",
+    "renamed, folder not flushed": "folders._flush_folder = end",
+}
+_CRASHER = """
+import os, sys
+from pathlib import Path
+from rotorwise.datasets import store_folder as folders
+from rotorwise.datasets.generate import build
+def end(*_words, **_options):
+    os._exit(9)
+def end_cut(number):
+    os.ftruncate(number, os.fstat(number).st_size // 2)
+    os._exit(9)
+def tell(now):
+    if now.signals == 20:
+        {crash}
+        pass
+build(sys.argv[1], sys.argv[2], workers=1, tell=tell)
+"""
+
+
+@pytest.mark.parametrize("name", _CRASHES)
+def test_it_goes_on_after_an_end_at_any_step_of_a_writing(name: str, whole: Path, tmp_path: Path) -> None:
+    script = _CRASHER.format(crash=_CRASHES[name].replace("\n", "\n        "))
+    ended = subprocess.run([sys.executable, "-c", script, str(SMALL), str(tmp_path)], timeout=100, check=False)
+    assert ended.returncode == 9
+    found = content(tmp_path)
+    assert len(found) == 3 if name.startswith("renamed") else len(found) == 2
+    assert all(content(whole)[part] == raw for part, raw in found.items())
+    seen: list[Progress] = []
+    build(SMALL, tmp_path, workers=1, tell=seen.append)
+    assert seen[0].signals == 10 * len(found)
+    assert content(tmp_path) == content(whole)
+    assert not list((tmp_path / ".unfinished").iterdir())
+
+
+_BUILD = """
+from rotorwise.datasets.generate import build
+if __name__ == "__main__":
+    {call}
+"""
+
+
+def test_the_workers_of_a_killed_build_end_and_the_next_one_goes_on(whole: Path, tmp_path: Path) -> None:
+    psutil = pytest.importorskip("psutil", reason="needs psutil, which dask brings")
+    script = tmp_path.with_suffix(".py")
+    script.write_text(_BUILD.format(call=f"build({str(SMALL)!r}, {str(tmp_path)!r}, workers=2)"), encoding="utf-8")
+    parent = subprocess.Popen([sys.executable, str(script)])
+    workers = []
+    for _ in range(600):
+        time.sleep(0.1)
+        workers = psutil.Process(parent.pid).children(recursive=True)
+        if (tmp_path / "data").is_dir() and any((tmp_path / "data").iterdir()):
+            break
+    parent.send_signal(signal.SIGKILL)
+    parent.wait()
+    assert workers
+    _, alive = psutil.wait_procs(workers, timeout=30)
+    assert not alive
+    build(SMALL, tmp_path, workers=2)
+    assert content(tmp_path) == content(whole)
+
+
+_HOLDER = """
+import sys, time
+from rotorwise.datasets.store_folder import folder_of
+with folder_of(sys.argv[1]).alone():
+    print("in", flush=True)
+    time.sleep(60)
+"""
+
+
+def test_a_second_build_in_the_same_folder_is_refused(tmp_path: Path) -> None:
+    other = subprocess.Popen([sys.executable, "-c", _HOLDER, str(tmp_path)], stdout=subprocess.PIPE, text=True)
+    try:
+        assert other.stdout is not None
+        assert other.stdout.readline() == "in\n"
+        with pytest.raises(StoreError, match="Another process is building"):
+            build(SMALL, tmp_path, workers=1)
+        assert not (tmp_path / "data").exists()
+    finally:
+        other.kill()
+        other.communicate()
+    # The lock ends with the process, however that ended.
+    assert summary_of(build(SMALL, tmp_path, workers=1, limit=1))["rows"] == 1
+
+
+def test_another_recipe_or_version_leaves_a_dataset_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    build(SMALL, tmp_path, workers=1, limit=10)
+    before = content(tmp_path)
+    text = SMALL.read_text(encoding="utf-8").replace("seed = 7", "seed = 8")
+    (tmp_path.parent / "other.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(StoreError, match="of another recipe"):
+        build(tmp_path.parent / "other.toml", tmp_path, workers=1)
+    given = json.loads((tmp_path / "dataset.json").read_text(encoding="utf-8"))
+    for change, words in (({"version": "0.0.1"}, "begun with rotorwise 0.0.1"), ({"content": 99}, "another format")):
+        (tmp_path / "dataset.json").write_text(json.dumps({**given, **change}), encoding="utf-8")
+        with pytest.raises(StoreError, match=words):
+            build(SMALL, tmp_path, workers=1)
+    (tmp_path / "dataset.json").write_text("{", encoding="utf-8")
+    with pytest.raises(StoreError, match="is damaged"):
+        open_store(tmp_path)
+    assert content(tmp_path) == before
+
+
+def test_a_folder_of_somebody_else_is_not_touched(tmp_path: Path) -> None:
+    (tmp_path / "thesis.txt").write_text("years of work", encoding="utf-8")
+    with pytest.raises(StoreError, match="holds files, but no dataset"):
+        build(SMALL, tmp_path, workers=1)
+    assert [path.name for path in tmp_path.iterdir()] == ["thesis.txt"]
+    with pytest.raises(StoreError, match="is a file"):
+        build(SMALL, tmp_path / "thesis.txt", workers=1)
+    with pytest.raises(StoreError, match="holds no dataset"):
+        open_store(tmp_path)
+
+
+@pytest.mark.parametrize("damage", ["cut", "empty", "text", "of another dataset"])
+def test_a_damaged_part_is_noticed_and_made_again(damage: str, whole: Path, tmp_path: Path) -> None:
+    build(SMALL, tmp_path, workers=1, limit=20)
+    part = tmp_path / "data" / "part-000001.parquet"
+    raw = part.read_bytes()
+    other = (whole / "data" / "part-000002.parquet").read_bytes()
+    part.write_bytes({"cut": raw[:-100], "empty": b"", "text": b"PAR1 hello", "of another dataset": other}[damage])
+    store = open_store(tmp_path)
+    assert list(store.parts()) == [0]
+    assert summary_of(store)["unreadable"] == ["part-000001.parquet"]
+    build(SMALL, tmp_path, workers=1, limit=20)
+    assert part.read_bytes() == raw
+
+
+_FULL = """
+import resource, sys
+from rotorwise.datasets.generate import build
+from rotorwise.datasets.store_folder import StoreError
+def tell(now):
+    if now.signals == 20:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
+if __name__ == "__main__":
+    try:
+        build(sys.argv[1], sys.argv[2], workers=int(sys.argv[3]), tell=tell)
+    except StoreError as problem:
+        print(problem)
+        sys.exit(4)
+"""
+
+
+@pytest.mark.parametrize("workers", ["1", "2"])
+def test_a_full_disk_is_one_message_and_leaves_the_store_readable(workers: str, whole: Path, tmp_path: Path) -> None:
+    pytest.importorskip("resource", reason="needs a limit on the size of files")
+    script = tmp_path / "full.py"
+    script.write_text(_FULL, encoding="utf-8")
+    words = [sys.executable, str(script), str(SMALL), str(tmp_path / "set"), workers]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=200, check=False)
+    assert done.returncode == 4, done.stderr
+    assert "cannot be written to: File too large" in done.stdout
+    assert "it goes on there" in done.stdout
+    store = open_store(tmp_path / "set")
+    assert summary_of(store)["rows"] == 20
+    assert pq.read_table(tmp_path / "set" / "data").num_rows == 20
+    assert not list((tmp_path / "set" / ".unfinished").iterdir())
+    build(SMALL, tmp_path / "set", workers=1)
+    assert content(tmp_path / "set") == content(whole)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="rights of folders")
+def test_a_folder_without_rights_is_an_error_that_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_words: Any, **_options: Any) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    # The tests may run as root, whom no right stops.
+    monkeypatch.setattr(Path, "mkdir", refuse)
+    with pytest.raises(StoreError, match="cannot be written to: Permission denied"):
+        build(SMALL, tmp_path / "set", workers=1)
+
+
+# Other locations
+
+
+def test_a_file_address_is_a_folder(whole: Path) -> None:
+    folder = folder_of(whole.as_uri())
+    assert isinstance(folder, LocalFolder)
+    assert summary_of(open_store(whole.as_uri()))["rows"] == 60
+    assert isinstance(folder_of(str(whole)), LocalFolder)
+
+
+def stored(store: Store) -> dict[str, bytes]:
+    """Return the parts at any location."""
+    return {name: store.folder.read(f"data/{name}") or b"" for name in store.folder.sizes("data")}
+
+
+def test_memory_is_a_location(whole: Path) -> None:
+    fsspec = pytest.importorskip("fsspec", reason="needs fsspec (pip install fsspec)")
+    with pytest.raises(StoreError, match="holds no dataset"):
+        open_store("memory://rotorwise/a")
+    build(SMALL, "memory://rotorwise/a", workers=1, limit=20)
+    seen: list[Progress] = []
+    store = build(SMALL, "memory://rotorwise/a", workers=2, tell=seen.append)
+    assert seen[0].signals == 20
+    assert stored(store) == content(whole)
+    fsspec.filesystem("memory").pipe_file("/rotorwise/b/letter", b"mine")
+    with pytest.raises(StoreError, match="holds files, but no dataset"):
+        build(SMALL, "memory://rotorwise/b", workers=1)
+
+
+@pytest.fixture
+def bucket(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    """Yield a bucket of an S3 server on this computer."""
+    server = pytest.importorskip("moto.server", reason="needs moto (pip install 'moto[server]')")
+    pytest.importorskip("s3fs", reason="needs s3fs (pip install s3fs)")
+    import boto3
+
+    for name in ("AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"):
+        monkeypatch.setenv(name, "test")
+    monkeypatch.setenv("AWS_DEFAULT_REGION", "us-east-1")
+    running = server.ThreadedMotoServer(ip_address="127.0.0.1", port=0)
+    running.start()
+    host, port = running.get_host_and_port()
+    monkeypatch.setenv("AWS_ENDPOINT_URL", f"http://{host}:{port}")
+    boto3.client("s3").create_bucket(Bucket="plant")
+    yield "s3://plant"
+    running.stop()
+
+
+def test_s3_is_a_location(bucket: str, whole: Path) -> None:
+    build(SMALL, f"{bucket}/sets/a", workers=1, limit=25)
+    store = build(SMALL, f"{bucket}/sets/a", workers=2)
+    assert stored(store) == content(whole)
+    assert summary_of(open_store(f"{bucket}/sets/a")) == summary_of(open_store(whole))
+    with pytest.raises(StoreError, match="cannot be written to"):
+        build(SMALL, "s3://nobodys-bucket/a", workers=1, limit=1)
+
+
+def test_an_address_of_an_unknown_kind_is_refused() -> None:
+    pytest.importorskip("fsspec", reason="needs fsspec (pip install fsspec)")
+    from rotorwise.simulators.errors import InvalidValueError
+
+    with pytest.raises(InvalidValueError, match="fsspec knows"):
+        build(SMALL, "telegraph://a/b", workers=1)
+
+
+def test_the_recipe_of_a_dataset_is_in_the_dataset(whole: Path) -> None:
+    assert open_store(whole).recipe == load_recipe(SMALL)
