@@ -6,14 +6,18 @@ coordinates is used only while its condition number leaves the answer accurate; 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..system import System
+from .low_modes import Modes, low_modes
 
 #: Above this condition number of the modal basis rounding would show; the core is then used as it is.
 WORST_CONDITION = 1e9
+#: Parts of fewer coordinates are not worth a reduction.
+FEW = 24
 
 
 @dataclass(frozen=True)
@@ -74,29 +78,24 @@ def block_form(system: System, *, modal: bool = True, highest_hz: float | None =
     if not modal:
         return whole
     columns, rows, first, last, blocks = [], [], [], [], []
-    for part in _separate_parts(system.core):
-        eigen = np.linalg.eig(system.core[np.ix_(part, part)])
-        values, vectors = eigen.eigenvalues.astype(complex), eigen.eigenvectors.astype(complex)
-        left = _left_vectors(vectors)
-        if left is None:
+    for modes in _all_modes(system, highest_hz):
+        if modes is None:
             return whole
-        # One column for a real eigenvalue, real and imaginary part for a conjugate pair.
-        keep = np.imag(values) >= 0
-        if highest_hz is not None:
-            keep &= np.abs(values) <= 2 * np.pi * highest_hz
-        for value, vector, row in zip(values[keep], vectors.T[keep], left[keep], strict=True):
+        for value, vector, row in zip(modes.values, modes.vectors.T, modes.left, strict=True):
             at, size, pair = len(columns), np.linalg.norm(vector), value.imag > 0
             own_columns = (vector.real, vector.imag) if pair else (vector.real,)
-            columns += [_spread(own / size, part, n) for own in own_columns]
+            columns += [_spread(own / size, modes.part, n) for own in own_columns]
             own_rows = (2 * row.real * size, -2 * row.imag * size) if pair else (row.real * size,)
-            rows += [_spread(own, part, n) for own in own_rows]
+            rows += [_spread(own, modes.part, n) for own in own_rows]
             first += [at] * len(own_rows)
             last += [at + len(own_rows)] * len(own_rows)
             blocks.append((at, value))
+    if not columns:
+        return whole
     basis = np.array(columns).T
     # Displacements and velocities differ by orders of magnitude; only with rows of equal size it is meaningful.
     scale = np.abs(basis).max(axis=1, keepdims=True)
-    if not np.all(scale > 0) or np.linalg.cond(basis / scale) > WORST_CONDITION:
+    if np.linalg.cond(basis / np.where(scale > 0, scale, 1.0)) > WORST_CONDITION:
         return whole
     inverse = np.array(rows)
     return BlockForm(
@@ -110,6 +109,29 @@ def block_form(system: System, *, modal: bool = True, highest_hz: float | None =
         last=np.array(last, dtype=np.int64),
         is_blocks=True,
     )
+
+
+def _all_modes(system: System, highest_hz: float | None) -> Iterator[Modes | None]:
+    """Give the modes of each group of states that the others do not touch, None where they are dependent."""
+    if highest_hz is not None and not system.state_blocks:
+        own = (system.mass_matrix, system.damping_matrix, system.gyroscopic_matrix, system.stiffness_matrix)
+        parts = _separate_parts(np.abs(own).sum(axis=0))
+        found = [low_modes(system, part, highest_hz) for part in parts if part.size >= FEW]
+        if len(found) == len(parts) and all(found):
+            yield from found
+            return
+    for part in _separate_parts(system.core):
+        eigen = np.linalg.eig(system.core[np.ix_(part, part)])
+        values, vectors = eigen.eigenvalues.astype(complex), eigen.eigenvectors.astype(complex)
+        left = _left_vectors(vectors)
+        if left is None:
+            yield None
+            return
+        # One column for a real eigenvalue, real and imaginary part for a conjugate pair.
+        keep = np.imag(values) >= 0
+        if highest_hz is not None:
+            keep &= np.abs(values) <= 2 * np.pi * highest_hz
+        yield Modes(part, values[keep], vectors[:, keep], left[keep])
 
 
 def _separate_parts(core: np.ndarray) -> list[np.ndarray]:
