@@ -15,6 +15,7 @@ from . import cli_options as options
 from .dataset_command import dataset
 from .effects_command import effects
 from .gap_command import gap
+from .orders_command import orders
 from .papers import papers
 from .simulate_command import simulate
 from .thresholds_command import thresholds
@@ -118,6 +119,7 @@ app.add_typer(dataset, name="dataset")
 app.command()(papers)
 app.command()(effects)
 app.command()(gap)
+app.command()(orders)
 app.command()(simulate)
 app.command()(thresholds)
 app.command()(trials)

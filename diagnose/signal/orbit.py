@@ -120,6 +120,6 @@ def full_spectrum(x: np.ndarray, y: np.ndarray, *, rate_hz: float) -> FullSpectr
 
 
 def filtered_orbit(x_amplitude: complex, y_amplitude: complex, *, points: int = 180) -> np.ndarray:
-    """Return one turn of a line's orbit, shape (2, points): the ellipse as it is run through from angle zero."""
-    turn = np.exp(2j * np.pi * np.arange(points) / points)
+    """Return one turn of a line's orbit, shape (2, points): the ellipse, closed, as run through from angle zero."""
+    turn = np.exp(2j * np.pi * np.linspace(0.0, 1.0, points))
     return np.stack([(x_amplitude * turn).real, (y_amplitude * turn).real])

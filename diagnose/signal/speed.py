@@ -14,7 +14,7 @@ import numpy as np
 from ...simulators.errors import InvalidValueError
 from ..result import SpeedEstimate
 from .spectrum import Spectrum, peak_offsets, spectrum_with_floor
-from .tacho import pulse_times, repaired_pulses
+from .tacho import pulse_times, regular_share, repaired_pulses
 
 #: Chance that the n-th harmonic of a turning shaft shows above the noise, n = 1, 2, ...
 _HARMONIC_SHOWS = np.array([0.9, 0.8, 0.7, 0.6, 0.5, 0.45, 0.4, 0.35, 0.3, 0.3, 0.25, 0.25, 0.2, 0.2, 0.2])
@@ -63,10 +63,8 @@ def speed_from_tacho(
     times = pulse_times(signal, rate_hz=rate_hz)
     if times.size < 3:
         return None
-    periods = np.diff(times)
-    typical = float(np.median(periods))
-    regular = np.abs(periods / typical - 1.0) < 0.5
-    if regular.mean() < 0.5:
+    regular = regular_share(times)
+    if regular < 0.5:
         return None
     times = repaired_pulses(times).times_s
     periods = np.diff(times)
@@ -79,7 +77,7 @@ def speed_from_tacho(
         speed,
         speed * (1 - uncertainty),
         speed * (1 + uncertainty),
-        0.99 * float(regular.mean()),
+        0.99 * regular,
         "tacho",
         variation,
     )

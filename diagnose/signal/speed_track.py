@@ -23,8 +23,10 @@ _SHOWS = np.array([0.85, 0.7, 0.6, 0.5, 0.4, 0.35, 0.3, 0.3])
 #: Between the harmonics a shaft has few lines: they speak for half the speed, or another comb.
 _BETWEEN = np.array([0.5, 1.5, 2.5])
 _BETWEEN_SHOWS = 0.5
+_TYPICAL_RATIO = 10.0  # power of a line over the noise of a frame
 _MOST_EVIDENCE = 6.0  # of one line, in log likelihood: a strong line is one line all the same
 _SKIRT = 0.02  # of a strong line's power: what stands beside it at this level is its own skirt
+_FAR_SKIRT = 2e-5  # six bins away a Hann line is down to 2e-6; moving within the frame, a little more
 _NEIGHBOURS = 6
 _PERIODS_A_FRAME = 5.0
 _LONGEST_FRAME_S, _SHORTEST_FRAME_S = 0.5, 0.1
@@ -148,6 +150,7 @@ def _comb_scores(
         frames = np.lib.stride_tricks.sliding_window_view(row, length)[starts]
         power = np.abs(fft.rfft(frames * window, n=padded, axis=1)[:, :bins]) ** 2
         noise = _floor_at(power, 2 * half_width, middle) + _SKIRT * _highest_near(power, middle)
+        noise += _FAR_SKIRT * power.max(axis=1, keepdims=True)
         pooled = np.maximum.reduceat(power, cells, axis=1)[:, ::2] / noise
         gain = np.zeros((starts.size, axis.size))
         gain[:, inside] = np.maximum(pooled - excess, 0.0)
@@ -180,8 +183,8 @@ def _highest_near(power: np.ndarray, places: np.ndarray) -> np.ndarray:
 
 def _shifted_sum(ratio: np.ndarray, shifts: np.ndarray, count: int) -> np.ndarray:
     """Return the sum of the evidence at all orders of the comb, less what lies between them."""
-    # A line of unknown strength has power over noise R with density 1 / (1 + R)^2, noise exp(-R).
-    line_over_noise = np.exp(np.minimum(ratio - 2 * np.log1p(ratio), 50.0))
+    # A line of unknown strength has power over noise R with density a / (a + R)^2, noise exp(-R).
+    line_over_noise = np.exp(np.minimum(ratio - 2 * np.log(_TYPICAL_RATIO + ratio), 50.0)) * _TYPICAL_RATIO
     total = np.zeros((ratio.shape[0], count))
     for number, shift in enumerate(shifts):
         part = line_over_noise[:, shift : shift + count]

@@ -41,9 +41,7 @@ def repaired_pulses(times_s: np.ndarray) -> PulseRepair:
     >>> repair.times_s.tolist(), repair.missing, repair.false
     ([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0], 1, 1)
     """
-    periods = np.diff(times_s)
-    half = min(15, (periods.size - 1) // 2)
-    nearby = np.median(np.lib.stride_tricks.sliding_window_view(np.pad(periods, half, "reflect"), 2 * half + 1), axis=1)
+    nearby = _nearby_period(np.diff(times_s))
     kept = [float(times_s[0])]
     missing = false = 0
     for time, period, following in zip(times_s[1:], nearby, np.append(times_s[2:], np.inf), strict=True):
@@ -56,6 +54,24 @@ def repaired_pulses(times_s: np.ndarray) -> PulseRepair:
         else:
             false += 1
     return PulseRepair(np.array(kept), missing, false)
+
+
+def regular_share(times_s: np.ndarray) -> float:
+    """Return the share of periods within half of the median of those nearby, so that a run-up is regular too.
+
+    Parameters
+    ----------
+    times_s : numpy.ndarray, shape (pulses,)
+        Rising; three or more.
+    """
+    periods = np.diff(times_s)
+    return float((np.abs(periods / _nearby_period(periods) - 1.0) < 0.5).mean())
+
+
+def _nearby_period(periods: np.ndarray) -> np.ndarray:
+    half = min(15, (periods.size - 1) // 2)
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(periods, half, "reflect"), 2 * half + 1)
+    return np.median(windows, axis=1)
 
 
 def pulse_times(signal: np.ndarray, *, rate_hz: float) -> np.ndarray:

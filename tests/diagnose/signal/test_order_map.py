@@ -7,6 +7,7 @@ import pytest
 from rotorwise.diagnose.signal.checks import check_tacho
 from rotorwise.diagnose.signal.order_map import order_map, waterfall
 from rotorwise.diagnose.signal.order_tracking import angular_resample
+from rotorwise.diagnose.signal.speed import speed_from_tacho
 from rotorwise.simulators.errors import InvalidValueError
 
 RATE = 10_000.0
@@ -112,3 +113,12 @@ def test_repaired_pulses_are_reported_on_a_run_up():
 
 def test_a_sound_tacho_is_not_mentioned():
     assert check_tacho(pulses(), rate_hz=RATE, name="tacho") == []
+
+
+def test_a_run_up_to_five_times_the_speed_is_a_regular_train():
+    """Most periods are then far from their median, but close to their neighbours."""
+    estimate, times = speed_from_tacho(pulses(), rate_hz=RATE)
+    assert estimate.confidence > 0.98
+    turns = np.interp(times * RATE, np.arange(ANGLE.size), ANGLE)
+    # Pulses begin at whole samples, edges lie half a sample before: 1.5 samples at 50 Hz are 7.5e-3 of a turn.
+    assert turns == pytest.approx(np.rint(turns), abs=7.5e-3)

@@ -1,0 +1,300 @@
+"""What ``rotorwise orders``, ``envelope`` and ``sidebands`` share: reading a file, the shaft angle, exit codes."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..simulators.errors import InvalidValueError, RotorwiseError
+from .look_options import Request
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from ..datasets.recording import Recording
+
+_DONE, _FILE_FAILED, _OUTPUT_FAILED = 0, 3, 4
+_STEADY = 1e-3  # relative change of speed below which lines stay sharp
+_VARIES = 0.01  # from which a speed tracked in the vibration is taken as varying
+_LEAST_CONFIDENCE = 0.5
+_SPEEDS_HZ = (4.0, 500.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Looked:
+    """A file as the commands use it.
+
+    Attributes
+    ----------
+    recording : Recording
+        Usable vibration channels only, missing samples repaired, offset removed.
+    tacho : numpy.ndarray or None
+    warnings : tuple of str
+    """
+
+    recording: Recording
+    tacho: np.ndarray | None
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Shaft:
+    """How the shaft turned.
+
+    Attributes
+    ----------
+    method : str
+        ``"tacho"``, ``"vibration, tracked"``, or what `speed_from_vibration` says.
+    mean_hz, lowest_hz, highest_hz : float
+    confidence : float
+    phase_turns : numpy.ndarray, shape (samples,)
+    has_mark : bool
+        Whether angle zero is a mark on the shaft, so that phases mean something.
+    time_s, speed_hz, confidences : numpy.ndarray
+        The speed over time.
+    """
+
+    method: str
+    mean_hz: float
+    lowest_hz: float
+    highest_hz: float
+    confidence: float
+    phase_turns: np.ndarray
+    has_mark: bool
+    time_s: np.ndarray
+    speed_hz: np.ndarray
+    confidences: np.ndarray
+
+    @property
+    def varies(self) -> bool:
+        """Whether lines smear unless the record is resampled at equal angles."""
+        return (self.highest_hz - self.lowest_hz) > _STEADY * self.mean_hz
+
+    @property
+    def words(self) -> str:
+        """The speed in one line."""
+        if self.highest_hz - self.lowest_hz > _VARIES * self.mean_hz:
+            speed = f"{60 * self.lowest_hz:.0f} to {60 * self.highest_hz:.0f} rpm"
+        else:
+            speed = f"{60 * self.mean_hz:.1f} rpm"
+        return f"{speed}, {self.method}, confidence {self.confidence:.0%}"
+
+    def data(self) -> dict[str, Any]:
+        """Return the speed for JSON."""
+        return {
+            "mean_rpm": 60 * self.mean_hz,
+            "lowest_rpm": 60 * self.lowest_hz,
+            "highest_rpm": 60 * self.highest_hz,
+            "method": self.method,
+            "confidence": self.confidence,
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What a command found: for JSON, as tables for the terminal, and as a page that is made only when asked for."""
+
+    data: dict[str, Any]
+    lines: tuple[str, ...]
+    tables: tuple[Table, ...]
+    page: Callable[[], str]
+
+
+def carry_out(request: Request, work: Callable[[Looked], Answer]) -> int:
+    """Read, work, print, write the report; return the exit code."""
+    from .report.write import check_free
+
+    if request.report is not None:
+        try:
+            # Before the work, not after: nobody wants to wait for a refusal.
+            check_free(request.report.resolve(), force=request.force)
+        except RotorwiseError as problem:
+            return _say(problem, _OUTPUT_FAILED)
+    try:
+        looked = open_file(request)
+        answer = work(looked)
+    except (RotorwiseError, OSError) as problem:
+        message = str(problem)
+        name = str(request.file)
+        return _say(message if name in message else f"{name}: {message}", _FILE_FAILED)
+    _print(request, looked, answer)
+    if request.report is None:
+        return _DONE
+    from .papers_files import write_whole
+
+    try:
+        page = answer.page()
+        check_free(request.report.resolve(), force=request.force)
+        write_whole(request.report, page)
+    except RotorwiseError as problem:
+        return _say(problem, _OUTPUT_FAILED)
+    print(f"report: {request.report}", file=sys.stderr if request.as_json else sys.stdout)
+    return _DONE
+
+
+def _say(problem: object, code: int) -> int:
+    print(f"rotorwise: {problem}", file=sys.stderr)
+    return code
+
+
+def _print(request: Request, looked: Looked, answer: Answer) -> None:
+    if request.as_json:
+        head = {"file": str(request.file), "warnings": list(looked.warnings)}
+        print(json.dumps(head | answer.data, indent=2))
+        return
+    from rich.console import Console
+
+    from .terminal import escape
+
+    console = Console(highlight=False)
+    console.print(f"\n[bold underline]{escape(request.file.name)}[/]", soft_wrap=True)
+    for line in answer.lines:
+        console.print(escape(line))
+    for table in answer.tables:
+        console.print()
+        console.print(table)
+    for warning in looked.warnings:
+        console.print(f"[yellow]![/] {escape(warning)}")
+
+
+def open_file(request: Request) -> Looked:
+    """Return the usable channels of a file.
+
+    Raises
+    ------
+    RotorwiseError
+        When the file cannot be read or no channel is usable.
+    """
+    from ..datasets.reading import read
+    from .signal.checks import UNUSABLE, check_channel, check_tacho, repair
+
+    recording = read(request.file, metadata=request.metadata, sidecar=request.sidecar)
+    warnings, kept, tacho = list(recording.warnings), [], None
+    for index, channel in enumerate(recording.channels):
+        if channel.quantity == "tacho" and tacho is None:
+            tacho = repair(recording.signals[index])
+            found = check_tacho(tacho, rate_hz=recording.rate_hz, name=channel.name)
+        elif channel.is_vibration:
+            found = check_channel(recording.signals[index], rate_hz=recording.rate_hz, name=channel.name)
+            if not any(check.code in UNUSABLE for check in found):
+                kept.append(index)
+        else:
+            continue
+        warnings += [check.message for check in found]
+    if not kept:
+        raise InvalidValueError("No usable vibration channel. " + " ".join(warnings))
+    part = recording.select(kept)
+    signals = np.stack([repair(row) for row in part.signals])
+    part = replace(part, signals=signals - signals.mean(axis=1, keepdims=True))
+    return Looked(part, tacho, tuple(warnings))
+
+
+def shaft_of(looked: Looked, *, range_hz: tuple[float, float] | None = None) -> Shaft | None:
+    """Return how the shaft turned: from the tacho, else from the vibration; None when nothing shows it."""
+    recording = looked.recording
+    from_tacho = _from_tacho(looked)
+    if from_tacho is not None:
+        return from_tacho
+    tracked = _tracked(looked, range_hz)
+    if tracked is not None and (
+        range_hz is not None or tracked.highest_hz - tracked.lowest_hz > 0.05 * tracked.mean_hz
+    ):
+        return tracked
+    from .signal.order_tracking import constant_speed_phase
+    from .signal.speed import speed_from_vibration
+
+    hint = recording.condition.speed_rpm or None
+    meshes = tuple(gear.mesh_order for gear in recording.nameplate.gears if gear.mesh_order < 60)
+    found = speed_from_vibration(
+        recording.signals,
+        rate_hz=recording.rate_hz,
+        hint_hz=None if hint is None else hint / 60.0,
+        known_orders=meshes,
+        bearing_orders=tuple(
+            order * one.shaft_ratio
+            for one in recording.nameplate.bearings
+            for order in (one.geometry.defect_orders().outer_race, one.geometry.defect_orders().inner_race)
+        ),
+    )
+    if found is None or found.confidence < _LEAST_CONFIDENCE:
+        return tracked
+    phase = constant_speed_phase(samples=recording.samples, rate_hz=recording.rate_hz, speed_hz=found.speed_hz)
+    time = np.array([0.0, recording.duration_s])
+    speed, sure = np.full(2, found.speed_hz), np.full(2, found.confidence)
+    value = found.speed_hz
+    return Shaft(found.method, value, value, value, found.confidence, phase, False, time, speed, sure)
+
+
+def _from_tacho(looked: Looked) -> Shaft | None:
+    from .signal.order_tracking import phase_from_pulses
+    from .signal.speed import speed_from_tacho
+
+    recording = looked.recording
+    if looked.tacho is None:
+        return None
+    pulses = recording.pulses_per_revolution
+    found = speed_from_tacho(looked.tacho, rate_hz=recording.rate_hz, pulses_per_revolution=pulses)
+    if found is None:
+        return None
+    estimate, times = found
+    phase = phase_from_pulses(times, samples=recording.samples, rate_hz=recording.rate_hz, pulses_per_revolution=pulses)
+    if np.any(np.diff(phase) <= 0):
+        return None
+    # Over a turn at least, so that unevenly spaced marks do not show as a varying speed.
+    grid = np.linspace(times[0], times[-1], max(min(int(phase[-1] - phase[0]), 400), 2))
+    angle = np.interp(grid * recording.rate_hz, np.arange(phase.size), phase)
+    speed = np.diff(angle) / np.diff(grid)
+    sure = np.full(speed.size, estimate.confidence)
+    low, high = (float(value) for value in np.percentile(speed, [1, 99]))
+    middle = 0.5 * (grid[1:] + grid[:-1])
+    return Shaft("tacho", estimate.speed_hz, low, high, estimate.confidence, phase, pulses == 1, middle, speed, sure)
+
+
+def _tracked(looked: Looked, range_hz: tuple[float, float] | None) -> Shaft | None:
+    """Return the speed tracked in the vibration, where it is tracked with confidence."""
+    from .signal.speed_track import track_speed
+
+    recording = looked.recording
+    low, high = range_hz or _SPEEDS_HZ
+    try:
+        found = track_speed(recording.signals, rate_hz=recording.rate_hz, lowest_hz=low, highest_hz=high)
+    except InvalidValueError:
+        if range_hz is not None:
+            raise
+        return None
+    sure = float(np.median(found.confidence))
+    if sure < (_LEAST_CONFIDENCE if range_hz else 0.8):
+        return None
+    lowest, highest = (float(value) for value in np.percentile(found.speed_hz, [1, 99]))
+    mean = float((found.phase_turns[-1] - found.phase_turns[0]) * recording.rate_hz / (recording.samples - 1))
+    return Shaft(
+        "vibration, tracked", mean, lowest, highest, sure, found.phase_turns, False, found.time_s, found.speed_hz,
+        found.confidence,
+    )  # fmt: skip
+
+
+def without_speed(range_hz: tuple[float, float] | None) -> InvalidValueError:
+    """Return the error of a command that needs a speed and has none."""
+    advice = (
+        "Widen --speed-range." if range_hz else "Give --tacho, or --speed RPM, or --speed-range LOW-HIGH for a run-up."
+    )
+    return InvalidValueError(f"No shaft speed found in the vibration. {advice}")
+
+
+def at_equal_angles(looked: Looked, shaft: Shaft | None) -> tuple[np.ndarray, float]:
+    """Return the signals and their rate, resampled to the mean speed where the speed varies."""
+    recording = looked.recording
+    if shaft is None or not shaft.varies:
+        return recording.signals, recording.rate_hz
+    per_turn = int(recording.rate_hz / shaft.mean_hz)
+    if per_turn < 8:
+        return recording.signals, recording.rate_hz
+    from .signal.order_tracking import angular_resample
+
+    even = angular_resample(recording.signals, phase_turns=shaft.phase_turns, samples_per_turn=per_turn)
+    return even, per_turn * shaft.mean_hz

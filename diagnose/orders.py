@@ -1,0 +1,154 @@
+"""The orders of a file over its run: what ``rotorwise orders`` shows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .look import Looked, Shaft, shaft_of, without_speed
+
+if TYPE_CHECKING:
+    from .signal.orbit import Ellipse
+    from .signal.order_map import OrderMap
+    from .signal.vold_kalman import OrderWaveforms
+
+_POINTS = 400
+_FRAME_TURNS = 16
+#: Above the noise: less tells no phase and no orbit.
+CLEAR_DB = 10.0
+#: Bandwidth of the order filters over the lowest speed: neighbouring half orders are still kept apart.
+_BANDWIDTH = 0.15
+
+
+@dataclass(frozen=True, eq=False)
+class FollowedOrder:
+    """One order on one channel over the run.
+
+    Attributes
+    ----------
+    channel : int
+    order : float
+    amplitude, phase_deg : numpy.ndarray, shape (points,)
+        Peak amplitude, and the lead over the tacho's mark (over an arbitrary zero without one).
+    noise : float
+        Amplitude that noise has in a frame of the order map near this order.
+    """
+
+    channel: int
+    order: float
+    amplitude: np.ndarray
+    phase_deg: np.ndarray
+    noise: float
+
+
+@dataclass(frozen=True, eq=False)
+class Orders:
+    """What the command shows: speed, map, orders at some points of time, and where the first orbit lies."""
+
+    shaft: Shaft
+    map: OrderMap
+    time_s: np.ndarray
+    speed_hz: np.ndarray
+    followed: tuple[FollowedOrder, ...]
+    waveforms: OrderWaveforms
+    orbits: tuple[tuple[float, Ellipse, complex, complex], ...]
+    orbit_channels: tuple[int, int] | None
+
+
+def measure(
+    looked: Looked,
+    wanted: tuple[float, ...],
+    *,
+    highest_order: float,
+    bandwidth_hz: float | None = None,
+    range_hz: tuple[float, float] | None = None,
+) -> Orders:
+    """Return the orders of a file.
+
+    Raises
+    ------
+    InvalidValueError
+        Without a speed, or when the record is too short for one frame.
+    """
+    from .signal.order_map import order_map
+    from .signal.vold_kalman import order_waveforms
+
+    shaft = shaft_of(looked, range_hz=range_hz)
+    if shaft is None:
+        raise without_speed(range_hz)
+    recording, phase = looked.recording, shaft.phase_turns
+    turns = int(np.floor(phase[-1]) - np.ceil(phase[0]))
+    frame = max(min(_FRAME_TURNS, turns // 2), 1)
+    found = order_map(
+        recording.signals,
+        rate_hz=recording.rate_hz,
+        phase_turns=phase,
+        highest_order=highest_order,
+        turns_a_frame=frame,
+        turns_a_step=max(frame // 4, 1),
+    )
+    waveforms = order_waveforms(
+        recording.signals,
+        rate_hz=recording.rate_hz,
+        phase_turns=phase,
+        orders=wanted,
+        bandwidth_hz=_BANDWIDTH * shaft.lowest_hz if bandwidth_hz is None else bandwidth_hz,
+    )
+    # The filters are still filling at both ends.
+    edge = min(int(recording.rate_hz / shaft.lowest_hz * 4), recording.samples // 8)
+    at = np.linspace(edge, recording.samples - 1 - edge, min(_POINTS, recording.samples)).astype(int)
+    speed = np.interp(at / recording.rate_hz, shaft.time_s, shaft.speed_hz)
+    followed = tuple(
+        FollowedOrder(channel, order, np.abs(one[at]), np.degrees(np.angle(one[at])), _noise_at(found, channel, order))
+        for channel, rows in enumerate(waveforms.envelope)
+        for order, one in zip(wanted, rows, strict=True)
+    )
+    pair, orbits = _orbits(looked, waveforms, at)
+    return Orders(shaft, found, at / recording.rate_hz, speed, followed, waveforms, orbits, pair)
+
+
+def _noise_at(found: OrderMap, channel: int, order: float) -> float:
+    """Return the noise floor of the order map beside an order, over all frames."""
+    from .signal.spectrum import noise_floor
+
+    mean = np.sqrt((np.abs(found.amplitude[channel]) ** 2).mean(axis=0))[None]
+    floor = noise_floor(mean, half_width_bins=max(int(1.0 / found.orders[1]), 8))[0]
+    return float(floor[int(np.argmin(np.abs(found.orders - order)))])
+
+
+def _orbits(
+    looked: Looked, waveforms: OrderWaveforms, at: np.ndarray
+) -> tuple[tuple[int, int] | None, tuple[tuple[float, Ellipse, complex, complex], ...]]:
+    """Return the first two displacement channels, and each order's ellipse where it is largest."""
+    from .signal.orbit import ellipse
+
+    pair = [i for i, channel in enumerate(looked.recording.channels) if channel.quantity == "displacement"][:2]
+    if len(pair) < 2:
+        return None, ()
+    found = []
+    for number, order in enumerate(waveforms.orders):
+        x, y = (waveforms.envelope[channel, number, at] for channel in pair)
+        largest = int(np.argmax(np.abs(x) ** 2 + np.abs(y) ** 2))
+        one, other = complex(x[largest]), complex(y[largest])
+        found.append((float(order), ellipse(one, other), one, other))
+    return (pair[0], pair[1]), tuple(found)
+
+
+def summary(found: Orders, one: FollowedOrder) -> dict[str, Any]:
+    """Return one order in numbers, SI units: median, largest value, where it is, its phase there, and over noise.
+
+    A phase is stated where it has a mark to refer to and the order stands 10 dB above the noise.
+    """
+    top = int(np.argmax(one.amplitude))
+    over_noise = 20 * float(np.log10(max(one.amplitude[top], 1e-300) / max(one.noise, 1e-300)))
+    has_phase = found.shaft.has_mark and over_noise > CLEAR_DB
+    return {
+        "order": one.order,
+        "median": float(np.median(one.amplitude)),
+        "largest": float(one.amplitude[top]),
+        "rpm_at_largest": float(60 * found.speed_hz[top]),
+        "phase_deg_at_largest": float(one.phase_deg[top]) if has_phase else None,
+        "over_noise_db": over_noise,
+    }
