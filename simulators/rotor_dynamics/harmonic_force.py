@@ -13,7 +13,8 @@ from ..law import Direction, InterfaceForce, Law, Timeline
 
 def _harmonic_signals(timeline: Timeline, parameters: np.ndarray) -> np.ndarray:
     cos, sin = timeline.cos_sin(parameters[0])
-    scale = np.abs(timeline.speed_rad_s) ** parameters[1]
+    # A power of 0 costs as much as any other.
+    scale = np.abs(timeline.speed_rad_s) ** parameters[1] if parameters[1].any() else 1.0
     return np.stack([scale * (c * cos + s * sin) for c, s in zip(parameters[2::2], parameters[3::2], strict=True)])
 
 
