@@ -14,9 +14,11 @@ import typer
 from . import cli_options as options
 from .dataset_command import dataset
 from .effects_command import effects
+from .envelope_command import envelope
 from .gap_command import gap
 from .orders_command import orders
 from .papers import papers
+from .sidebands_command import sidebands
 from .simulate_command import simulate
 from .thresholds_command import thresholds
 from .trials_command import trials
@@ -118,8 +120,10 @@ def demo(output: options.Output = Path("rotorwise-demo"), force: options.DemoFor
 app.add_typer(dataset, name="dataset")
 app.command()(papers)
 app.command()(effects)
+app.command()(envelope)
 app.command()(gap)
 app.command()(orders)
+app.command()(sidebands)
 app.command()(simulate)
 app.command()(thresholds)
 app.command()(trials)

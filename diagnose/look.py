@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 _DONE, _FILE_FAILED, _OUTPUT_FAILED = 0, 3, 4
 _STEADY = 1e-3  # relative change of speed below which lines stay sharp
 _VARIES = 0.01  # from which a speed tracked in the vibration is taken as varying
-_LEAST_CONFIDENCE = 0.5
+_LEAST_CONFIDENCE, _LEAST_WITHOUT_RANGE = 0.5, 0.8
+_NEAR_HINT = (0.5, 1.2)  # a run-up ends near its nominal speed
 _SPEEDS_HZ = (4.0, 500.0)
 
 
@@ -195,26 +196,35 @@ def open_file(request: Request) -> Looked:
 
 
 def shaft_of(looked: Looked, *, range_hz: tuple[float, float] | None = None) -> Shaft | None:
-    """Return how the shaft turned: from the tacho, else from the vibration; None when nothing shows it."""
-    recording = looked.recording
+    """Return how the shaft turned; None when nothing shows it.
+
+    The tacho comes first. Without one, a range asks for a speed that varies; else sharp lines of a constant speed count
+    more than a track, which a bearing's comb may lead astray.
+    """
     from_tacho = _from_tacho(looked)
     if from_tacho is not None:
         return from_tacho
-    tracked = _tracked(looked, range_hz)
-    if tracked is not None and (
-        range_hz is not None or tracked.highest_hz - tracked.lowest_hz > 0.05 * tracked.mean_hz
-    ):
-        return tracked
+    hint = looked.recording.condition.speed_rpm or None
+    if range_hz is not None:
+        return _tracked(looked, range_hz, least=_LEAST_CONFIDENCE)
+    steady = _steady(looked, hint)
+    if steady is not None:
+        return steady
+    near_hint = None if hint is None else (_NEAR_HINT[0] * hint / 60, _NEAR_HINT[1] * hint / 60)
+    return _tracked(looked, near_hint or _SPEEDS_HZ, least=_LEAST_WITHOUT_RANGE)
+
+
+def _steady(looked: Looked, hint_rpm: float | None) -> Shaft | None:
+    """Return a constant speed seen in the vibration, where it is sure enough."""
     from .signal.order_tracking import constant_speed_phase
     from .signal.speed import speed_from_vibration
 
-    hint = recording.condition.speed_rpm or None
-    meshes = tuple(gear.mesh_order for gear in recording.nameplate.gears if gear.mesh_order < 60)
+    recording = looked.recording
     found = speed_from_vibration(
         recording.signals,
         rate_hz=recording.rate_hz,
-        hint_hz=None if hint is None else hint / 60.0,
-        known_orders=meshes,
+        hint_hz=None if hint_rpm is None else hint_rpm / 60.0,
+        known_orders=tuple(gear.mesh_order for gear in recording.nameplate.gears if gear.mesh_order < 60),
         bearing_orders=tuple(
             order * one.shaft_ratio
             for one in recording.nameplate.bearings
@@ -222,11 +232,11 @@ def shaft_of(looked: Looked, *, range_hz: tuple[float, float] | None = None) -> 
         ),
     )
     if found is None or found.confidence < _LEAST_CONFIDENCE:
-        return tracked
-    phase = constant_speed_phase(samples=recording.samples, rate_hz=recording.rate_hz, speed_hz=found.speed_hz)
-    time = np.array([0.0, recording.duration_s])
-    speed, sure = np.full(2, found.speed_hz), np.full(2, found.confidence)
+        return None
     value = found.speed_hz
+    phase = constant_speed_phase(samples=recording.samples, rate_hz=recording.rate_hz, speed_hz=value)
+    time = np.array([0.0, recording.duration_s])
+    speed, sure = np.full(2, value), np.full(2, found.confidence)
     return Shaft(found.method, value, value, value, found.confidence, phase, False, time, speed, sure)
 
 
@@ -255,20 +265,18 @@ def _from_tacho(looked: Looked) -> Shaft | None:
     return Shaft("tacho", estimate.speed_hz, low, high, estimate.confidence, phase, pulses == 1, middle, speed, sure)
 
 
-def _tracked(looked: Looked, range_hz: tuple[float, float] | None) -> Shaft | None:
-    """Return the speed tracked in the vibration, where it is tracked with confidence."""
+def _tracked(looked: Looked, range_hz: tuple[float, float], *, least: float) -> Shaft | None:
+    """Return the speed tracked in the vibration, where half of the frames are as sure as asked."""
     from .signal.speed_track import track_speed
 
     recording = looked.recording
-    low, high = range_hz or _SPEEDS_HZ
+    low, high = range_hz
     try:
         found = track_speed(recording.signals, rate_hz=recording.rate_hz, lowest_hz=low, highest_hz=high)
     except InvalidValueError:
-        if range_hz is not None:
-            raise
-        return None
+        return None  # too short to be tracked
     sure = float(np.median(found.confidence))
-    if sure < (_LEAST_CONFIDENCE if range_hz else 0.8):
+    if sure < least:
         return None
     lowest, highest = (float(value) for value in np.percentile(found.speed_hz, [1, 99]))
     mean = float((found.phase_turns[-1] - found.phase_turns[0]) * recording.rate_hz / (recording.samples - 1))

@@ -178,9 +178,11 @@ def _chooser(role: str, label: str, names: Sequence[str]) -> str:
 
 
 def _cell(value: Any) -> str:
-    if value is None or isinstance(value, int | float | np.floating):
+    if isinstance(value, int):
+        return cell(str(value), float(value))
+    if value is None or isinstance(value, float | np.floating):
         shown = None if value is None else float(value)
-        return cell(number(shown, digits=4), shown)
+        return cell(number(shown, digits=5), shown)
     return f"<td>{escape(value)}</td>"
 
 

@@ -119,7 +119,7 @@ def find_families(
         if any(_tells_nothing_new(one, place, spacing, spectrum.resolution_hz) for one in found):
             continue
         family = find_sidebands(spectrum, channel=channel, carrier_hz=place, modulator_hz=spacing, pairs=_PAIRS)
-        shaft, error = _attributed(spacing, deviation, known, speed_doubt)
+        shaft, error = attributed(spacing, deviation, known, speed_doubt)
         found.append(BlindFamily(spacing, deviation, family, float(log_odds - price), shaft, error))
     return tuple(found)
 
@@ -183,13 +183,13 @@ def _known_spacing(
     spacing: float, deviation: float, modulators_hz: Mapping[str, float], doubt: float, span_hz: float
 ) -> float:
     """Return what a spacing gains by being that of a known modulator: one over the chance to meet any."""
-    if _attributed(spacing, deviation, modulators_hz, doubt)[0] is None:
+    if attributed(spacing, deviation, modulators_hz, doubt)[0] is None:
         return 0.0
     covered = sum(6.0 * float(np.hypot(deviation, doubt * frequency)) for frequency in modulators_hz.values())
     return max(-float(np.log(covered / span_hz)), 0.0)
 
 
-def _attributed(
+def attributed(
     spacing: float, deviation: float, modulators_hz: Mapping[str, float], doubt: float
 ) -> tuple[str | None, float | None]:
     """Return the modulator nearest to a spacing, if it lies within three deviations, and the relative error."""

@@ -1,0 +1,99 @@
+"""``rotorwise orders`` on a run-up of known amplitude and phase: tacho, no tacho, JSON, page, refusals."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from .look_files import RATE, payload, run, write_csv
+
+TIME = np.arange(30_000) / RATE
+SPEED = 12 + 3 * TIME
+ANGLE = np.cumsum(SPEED) / RATE + 0.3
+
+
+@pytest.fixture(scope="module")
+def run_up(tmp_path_factory):
+    """Two probes at right angles: a forward ellipse of 40 x 20 um at 1X, 5 um at 2X; a pulse a turn."""
+    rng = np.random.default_rng(0)
+    columns = {
+        "x (um)": 40 * np.cos(2 * np.pi * ANGLE + 0.5) + 5 * np.cos(4 * np.pi * ANGLE) + rng.normal(0, 1, TIME.size),
+        "y (um)": 20 * np.sin(2 * np.pi * ANGLE + 0.5) + rng.normal(0, 1, TIME.size),
+        "tacho (V)": 5.0 * ((ANGLE % 1.0) < 0.05),
+    }
+    return write_csv(tmp_path_factory.mktemp("orders") / "run_up.csv", columns)
+
+
+def test_amplitude_phase_and_orbit_with_a_tacho(run_up, monkeypatch, capsys):
+    assert run(monkeypatch, "orders", run_up, "--tacho", "tacho", "--json") == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["speed"]["method"] == "tacho"
+    assert answer["speed"]["lowest_rpm"] == pytest.approx(60 * 12.2, rel=0.02)
+    assert answer["speed"]["highest_rpm"] == pytest.approx(60 * 29.8, rel=0.02)
+    found = {(one["channel"], one["order"]): one for one in answer["orders"]}
+    # 0.2 dB is 2.3 %.
+    assert found["x", 1.0]["median"] == pytest.approx(40e-6, rel=0.023)
+    assert found["y", 1.0]["median"] == pytest.approx(20e-6, rel=0.023)
+    assert found["x", 2.0]["median"] == pytest.approx(5e-6, rel=0.05)
+    # The edge lies up to 1.5 samples before the whole turn.
+    assert found["x", 1.0]["phase_deg_at_largest"] == pytest.approx(np.degrees(0.5), abs=4.0)
+    assert found["y", 3.0]["phase_deg_at_largest"] is None
+    orbit = next(one for one in answer["orbits"] if one["order"] == 1.0)
+    assert orbit["major"] == pytest.approx(40e-6, rel=0.05)
+    assert orbit["whirl"] == pytest.approx(0.5, abs=0.05)
+
+
+def test_without_a_tacho_the_speed_is_tracked_in_the_vibration(run_up, monkeypatch, capsys):
+    arguments = ("--skip", "tacho", "--speed-range", "500-2500", "--json")
+    assert run(monkeypatch, "orders", run_up, *arguments) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["speed"]["method"] == "vibration, tracked"
+    assert answer["speed"]["mean_rpm"] == pytest.approx(60 * SPEED.mean(), rel=2e-3)
+    first = answer["orders"][0]
+    assert first["median"] == pytest.approx(40e-6, rel=0.03)
+    assert first["phase_deg_at_largest"] is None
+
+
+def test_the_table_fits_and_the_page_holds_the_pictures(run_up, monkeypatch, capsys, tmp_path):
+    page = tmp_path / "orders.html"
+    assert run(monkeypatch, "orders", run_up, "--tacho", "tacho", "--report", page, "--orders", "0.5,1,2") == 0
+    out = capsys.readouterr().out
+    assert all(len(line) <= 80 for line in out.splitlines() if not line.startswith("report"))
+    assert "0.5X" in out
+    assert "forward" in out
+    drawn = payload(page)
+    assert [one["name"] for one in drawn["heat-1"]["channels"]] == ["x", "y"]
+    top = np.array(drawn["heat-1"]["channels"][0]["z"], dtype=float)
+    assert drawn["heat-1"]["channels"][0]["y"][int(top.mean(axis=1).argmax())] == pytest.approx(1.0)
+    assert drawn["orbit"]["channels"] == ["x", "y"]
+    # An existing report is kept unless told otherwise.
+    assert run(monkeypatch, "orders", run_up, "--tacho", "tacho", "--report", page) == 4
+    assert "exists already" in capsys.readouterr().err
+
+
+def test_noise_has_no_speed(tmp_path, monkeypatch, capsys):
+    path = write_csv(tmp_path / "noise.csv", {"x (g)": np.random.default_rng(1).normal(size=TIME.size)})
+    assert run(monkeypatch, "orders", path) == 3
+    assert "Give --tacho" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--orders", "one"), "Write 0.5,1,2"),
+        (("--orders", "-1"), "allowed"),
+        (("--speed-range", "900"), "Write 600-3000"),
+        (("--speed-range", "900-300"), "lower one first"),
+        (("--highest-order", "0"), "allowed"),
+    ],
+)
+def test_wrong_options(run_up, monkeypatch, capsys, arguments, message):
+    assert run(monkeypatch, "orders", run_up, *arguments) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_a_missing_file_is_told(monkeypatch, capsys):
+    assert run(monkeypatch, "orders", "/nowhere.csv") == 3
+    assert "no such file" in capsys.readouterr().err
