@@ -98,17 +98,18 @@ def features(observation: Observation) -> dict[str, float]:
 
 
 def _time_statistics(signals: np.ndarray) -> dict[str, float]:
-    rms = np.sqrt((signals**2).mean(axis=1))
+    rms = np.sqrt(np.einsum("ij,ij->i", signals, signals) / signals.shape[1])
     safe = np.maximum(rms, np.finfo(float).tiny)
     standard = signals / safe[:, None]
+    square = standard * standard
     peak = np.abs(signals).max(axis=1)
     loudest = int(np.argmax(rms))
-    skewness = (standard**3).mean(axis=1)
+    skewness = np.einsum("ij,ij->i", square, standard) / signals.shape[1]
     return {
         "rms": float(rms[loudest]),
         "peak": float(peak[loudest]),
         "crest_factor": float((peak / safe).max()),
-        "kurtosis": float((standard**4).mean(axis=1).max()),
+        "kurtosis": float((np.einsum("ij,ij->i", square, square) / signals.shape[1]).max()),
         "skewness": float(skewness[int(np.argmax(np.abs(skewness)))]),
     }
 

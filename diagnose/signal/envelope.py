@@ -93,18 +93,30 @@ def band_envelope(signal: np.ndarray, *, rate_hz: float, low_hz: float, high_hz:
 def _envelope_from_transform(
     transform: np.ndarray, samples: int, rate_hz: float, low_hz: float, high_hz: float
 ) -> tuple[np.ndarray, float]:
+    low, high = _bins_of_band(transform.size, samples, rate_hz, low_hz, high_hz)
+    envelope = _envelopes_of_bands(transform, [(low, high)], samples)[0]
+    return envelope, rate_hz * envelope.size / samples
+
+
+def _bins_of_band(bins: int, samples: int, rate_hz: float, low_hz: float, high_hz: float) -> tuple[int, int]:
+    """Return the first bin of a band and one past its last, their number having small factors only."""
     low = max(int(np.ceil(low_hz / rate_hz * samples)), 1)
-    high = min(int(high_hz / rate_hz * samples), transform.size)
+    high = min(int(high_hz / rate_hz * samples), bins)
     wanted = fast_length(max(high - low, 8))
-    high = min(low + wanted, transform.size)
-    low = max(high - wanted, 1)
-    part = transform[low:high].copy()
+    high = min(low + wanted, bins)
+    return max(high - wanted, 1), high
+
+
+def _envelopes_of_bands(transform: np.ndarray, bands: list[tuple[int, int]], samples: int) -> np.ndarray:
+    """Return the envelopes of bands that are equally wide, shape (bands, band samples)."""
+    parts = np.stack([transform[low:high] for low, high in bands])
+    width = parts.shape[1]
     # A short cosine edge keeps strong lines just outside from ringing through the whole band.
-    edge = max(part.size // 20, 1)
+    edge = max(width // 20, 1)
     ramp = 0.5 - 0.5 * np.cos(np.pi * (np.arange(edge) + 0.5) / edge)
-    part[:edge] *= ramp
-    part[-edge:] *= ramp[::-1]
-    return np.abs(fft.ifft(part)) * (2.0 * part.size / samples), rate_hz * part.size / samples
+    parts[:, :edge] *= ramp
+    parts[:, -edge:] *= ramp[::-1]
+    return np.abs(fft.ifft(parts, axis=1)) * (2.0 * width / samples)
 
 
 def envelope_spectra(
@@ -131,35 +143,47 @@ def envelope_spectra(
     for channel, signal in enumerate(np.atleast_2d(signals)):
         samples = fast_length(signal.size)
         transform = fft.rfft(signal - signal.mean(), n=samples)
-        filled = signal.size / samples
-        for low_hz, high_hz in bands:
-            envelope, envelope_rate = _envelope_from_transform(transform, samples, rate_hz, low_hz, high_hz)
-            envelope = envelope[: int(envelope.size * filled)]
-            found.append(
-                _envelope_spectrum(envelope, envelope_rate, (channel, low_hz, high_hz), highest_line_hz, floor_width_hz)
-            )
+        bins = [_bins_of_band(transform.size, samples, rate_hz, low, high) for low, high in bands]
+        # Equally wide bands go together: most of the cost of a short record is calls, not arithmetic.
+        by_width: dict[int, list[int]] = {}
+        for number, (low, high) in enumerate(bins):
+            by_width.setdefault(high - low, []).append(number)
+        own: dict[int, EnvelopeSpectrum] = {}
+        for numbers in by_width.values():
+            envelopes = _envelopes_of_bands(transform, [bins[number] for number in numbers], samples)
+            band_rate = rate_hz * envelopes.shape[1] / samples
+            envelopes = envelopes[:, : int(envelopes.shape[1] * (signal.size / samples))]
+            places = [(channel, *bands[number]) for number in numbers]
+            made = _envelope_spectra(envelopes, band_rate, places, highest_line_hz, floor_width_hz)
+            own |= dict(zip(numbers, made, strict=True))
+        found += [own[number] for number in range(len(bands))]
     return found
 
 
-def _envelope_spectrum(
-    envelope: np.ndarray,
+def _envelope_spectra(
+    envelopes: np.ndarray,
     rate_hz: float,
-    place: tuple[int, float, float],
+    places: list[tuple[int, float, float]],
     highest_line_hz: float,
     floor_width_hz: float,
-) -> EnvelopeSpectrum:
-    mean = float(envelope.mean())
+) -> list[EnvelopeSpectrum]:
+    mean = envelopes.mean(axis=1)
     tiny = np.finfo(float).tiny
-    power = envelope**2
-    kurtosis = float((power**2).mean() / max(power.mean() ** 2, tiny) - 2.0)
-    window = hann(envelope.size)
-    transform = fft.rfft((envelope - mean) * window)
-    frequency = fft.rfftfreq(envelope.size, 1.0 / rate_hz)
+    power = envelopes**2
+    kurtosis = (power**2).mean(axis=1) / np.maximum(power.mean(axis=1) ** 2, tiny) - 2.0
+    window = hann(envelopes.shape[1])
+    transform = fft.rfft((envelopes - mean[:, None]) * window, axis=1)
+    frequency = fft.rfftfreq(envelopes.shape[1], 1.0 / rate_hz)
     kept = max(int(np.searchsorted(frequency, highest_line_hz)), min(64, frequency.size))
-    depth = np.abs(transform[:kept])[None, :] * (2.0 / (window.sum() * max(mean, tiny)))
+    depth = np.abs(transform[:, :kept]) * (2.0 / (window.sum() * np.maximum(mean, tiny)))[:, None]
     half_width = max(20, round(0.5 * floor_width_hz / float(frequency[1])))
-    spectrum = Spectrum(frequency[:kept], depth, noise_floor(depth, half_width_bins=half_width))
-    return EnvelopeSpectrum(place[0], place[1], place[2], kurtosis, mean, spectrum)
+    floor = noise_floor(depth, half_width_bins=half_width)
+    return [
+        EnvelopeSpectrum(
+            *place, float(kurtosis[i]), float(mean[i]), Spectrum(frequency[:kept], depth[i : i + 1], floor[i : i + 1])
+        )
+        for i, place in enumerate(places)
+    ]
 
 
 def most_impulsive(envelopes: list[EnvelopeSpectrum], channel: int) -> EnvelopeSpectrum:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy import fft
@@ -43,7 +43,7 @@ class Spectrum:
         """Spacing of the bins."""
         return float(self.frequency_hz[1])
 
-    @property
+    @cached_property
     def power_ratio(self) -> np.ndarray:
         """Line power over mean noise power; exponential with mean 1 where there is only Gaussian noise."""
         return (self.amplitude / np.maximum(self.floor, np.finfo(float).tiny)) ** 2

@@ -48,5 +48,5 @@ def zoom_spectrum(
         raise InvalidValueError(f"Signal of {block.shape[1]} samples; allowed: 16 or more. Give a longer record.")
     window = hann(block.shape[1])
     centred = block - block.mean(axis=1, keepdims=True)
-    transform = zoom_fft(centred * window, [low_hz, high_hz], m=lines, fs=rate_hz, endpoint=True, axis=1)
+    transform = zoom_fft(centred * window, [low_hz, high_hz], m=lines, fs=rate_hz, endpoint=True, axis=1)  # pyright: ignore[reportArgumentType]
     return np.linspace(low_hz, high_hz, lines), np.abs(transform) * (2.0 / window.sum())
