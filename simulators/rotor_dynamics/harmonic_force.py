@@ -24,6 +24,8 @@ def _rotating_mass_signals(timeline: Timeline, parameters: np.ndarray) -> np.nda
     # In complex form F = (w^2 - i dw/dt) U exp(i w t), U = m e exp(i psi): centripetal and tangential inertia.
     centripetal, tangential = (ratio * timeline.speed_rad_s) ** 2, ratio * timeline.acceleration_rad_s2
     along, across = real * cos - imaginary * sin, real * sin + imaginary * cos
+    if not timeline.acceleration_rad_s2.any():
+        return np.stack([centripetal * along, centripetal * across])
     return np.stack([centripetal * along + tangential * across, centripetal * across - tangential * along])
 
 

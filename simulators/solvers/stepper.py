@@ -18,8 +18,9 @@ from .open_loop import open_loop
 from .plan import ForcePlan, Room, block_signals, force_plan
 from .tables import step_tables
 
-#: Numbers in the signals of one block: small enough for the cache of the second level to help.
-BLOCK_NUMBERS = 2_000_000
+#: Numbers in the signals of one block. Fewer leave 64 lanes with blocks so short that preparing them costs as much as
+#: what is prepared (a seventh of the run at 2 million), more leave the caches.
+BLOCK_NUMBERS = 8_000_000
 #: Without forces that read the motion a block is one matrix product, whose bits may depend on its length.
 OPEN_LOOP_BLOCK = 1024
 
