@@ -6,9 +6,12 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from .generate import build
     from .metadata import Metadata
     from .reading import find_recordings, read, read_blocks
+    from .recipe_file import load_recipe
     from .recording import Campaign, Channel, Nameplate, OperatingCondition, Recording
+    from .store import open_store
 
 _WHERE = {
     "Campaign": "recording",
@@ -17,7 +20,10 @@ _WHERE = {
     "Nameplate": "recording",
     "OperatingCondition": "recording",
     "Recording": "recording",
+    "build": "generate",
     "find_recordings": "reading",
+    "load_recipe": "recipe_file",
+    "open_store": "store",
     "read": "reading",
     "read_blocks": "reading",
 }
@@ -29,7 +35,10 @@ __all__ = [
     "Nameplate",
     "OperatingCondition",
     "Recording",
+    "build",
     "find_recordings",
+    "load_recipe",
+    "open_store",
     "read",
     "read_blocks",
 ]

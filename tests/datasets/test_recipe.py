@@ -298,3 +298,11 @@ def test_an_unknown_name_is_answered_with_the_nearest() -> None:
         load_recipe("tinny")
     with pytest.raises(InvalidValueError, match="cannot be read"):
         load_recipe("nowhere.toml")
+
+
+def test_the_recipe_of_the_manual_is_one(tmp_path: Path) -> None:
+    text = (Path(__file__).parents[2] / "datasets" / "README.md").read_text(encoding="utf-8")
+    (tmp_path / "r.toml").write_text(text.split("```toml\n")[1].split("```")[0], encoding="utf-8")
+    recipe = load_recipe(tmp_path / "r.toml")
+    # Speeds x loads x (healthy + instances x grid).
+    assert recipe.signals == 200 * 4 * 2 * (1 + 3 * 2)
