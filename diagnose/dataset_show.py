@@ -69,7 +69,7 @@ def duration(seconds: float) -> str:
     Examples
     --------
     >>> duration(59.4), duration(125), duration(7300), duration(200000)
-    ('59 s', '2 min 5 s', '2 h 2 min', '2 d 8 h')
+    ('59 s', '2 min 5 s', '2 h 1 min', '2 d 7 h')
     """
     whole = round(seconds)
     if whole < 60:
