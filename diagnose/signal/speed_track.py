@@ -108,17 +108,42 @@ def track_speed(
             f"Record of {block.shape[1] / rate_hz:.3g} s; allowed: {(length + 3 * hop) / rate_hz:.3g} s or more. Give "
             "a longer record or a higher lowest speed."
         )
+    samples = block.shape[1]
+    # Nothing above the highest harmonic is looked at.
+    block, factor = _decimated(block, rate_hz, 1.05 * _SHOWS.size * highest_hz)
+    slow_hz = rate_hz / factor
+    length = round(frame_s * slow_hz)
+    hop = max(length // _FRAMES_OVERLAPPING, 1)
     starts = np.arange(0, block.shape[1] - length + 1, hop)
     speeds = lowest_hz * np.exp(_STEP * np.arange(int(np.log(highest_hz / lowest_hz) / _STEP) + 1))
-    scores = _comb_scores(block, rate_hz, length, starts, speeds)
-    place, confidence = _ridge(scores, fastest_change * hop / rate_hz)
-    middle = (starts + 0.5 * length) / rate_hz
+    scores = _comb_scores(block, slow_hz, length, starts, speeds)
+    place, confidence = _ridge(scores, fastest_change * hop / slow_hz)
+    middle = (starts + 0.5 * length) / slow_hz
     coarse = lowest_hz * np.exp(_STEP * place)
-    phase = _phase_along(middle, coarse, block.shape[1], rate_hz)
+    phase = _phase_along(middle, coarse, block.shape[1], slow_hz)
     for _ in range(_ROUNDS):
-        phase = _refined(block, phase, rate_hz, hop, float(coarse.max()))
-    speed = np.interp(middle * rate_hz, np.arange(phase.size), np.gradient(phase)) * rate_hz
-    return SpeedTrack(middle, speed, confidence, phase)
+        phase = _refined(block, phase, slow_hz, hop, float(coarse.max()))
+    speed = np.interp(middle * slow_hz, np.arange(phase.size), np.gradient(phase)) * slow_hz
+    return SpeedTrack(middle, speed, confidence, _at_every_sample(phase, factor, samples))
+
+
+def _decimated(block: np.ndarray, rate_hz: float, highest_hz: float) -> tuple[np.ndarray, int]:
+    """Return the channels at a lower rate that still holds a frequency, and the whole factor between the rates."""
+    factor = max(int(0.45 * rate_hz / highest_hz), 1)
+    if factor == 1:
+        return block, 1
+    kept = -(-block.shape[1] // factor)
+    fewer = fast_length(kept)
+    spectrum = fft.rfft(block, n=fewer * factor, axis=1)[:, : fewer // 2 + 1]
+    return np.ascontiguousarray(fft.irfft(spectrum, n=fewer, axis=1)[:, :kept] / factor), factor
+
+
+def _at_every_sample(phase: np.ndarray, factor: int, samples: int) -> np.ndarray:
+    """Return an angle known at every so many samples at all of them; it runs on at its last speed."""
+    if factor == 1:
+        return phase
+    ends = np.append(phase, 2 * phase[-1] - phase[-2])
+    return np.interp(np.arange(samples), factor * np.arange(ends.size), ends)
 
 
 def _comb_scores(
