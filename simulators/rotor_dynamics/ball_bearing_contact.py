@@ -75,7 +75,7 @@ def _contact_force(signals, parameters, x, inputs, outputs, u):  # type: ignore[
             cos = signals[0, lane] * parameters[ball, lane] - signals[1, lane] * parameters[ball + 1, lane]
             sin = signals[1, lane] * parameters[ball, lane] + signals[0, lane] * parameters[ball + 1, lane]
             approach = x[across, lane] * cos + x[upward, lane] * sin - parameters[_CLEARANCE, lane]
-            approach = max(approach, 0.0)
+            approach = approach if approach > 0.0 else 0.0
             load = parameters[_STIFFNESS, lane] * approach * math.sqrt(approach)
             u[on_x, lane] -= load * cos
             u[on_y, lane] -= load * sin

@@ -13,17 +13,17 @@ from __future__ import annotations
 
 import numba
 
-from .kernel_types import CUBE, DEEP, INDEX, INNER, JUMP, MATH, MATRIX, OPTIONS, PLAN, SIGNALS, TABLE, VECTOR
-from .law_call import call_force, call_jump, call_products, rows_of
+from .kernel_types import CUBE, DEEP, INDEX, INNER, JUMP, MATH, MATRIX, OPTIONS, PLAN, SIGNALS, TABLE, VECTOR, compiled
+from .law_call import call_force, call_jump, call_products, clear_numbers, copy_numbers, rows_of
 
 
 @numba.njit(**INNER)
 def _evaluate_forces(plan, parameters, given, instant, own, jumping, x, u):  # type: ignore[no-untyped-def]
     """Evaluate all interface forces, u = u(signals, C y); ``given``, ``own`` and ``jumping`` are their signals."""
     table, inputs, outputs, addresses = plan
+    lanes, stride = u.shape[1], given.shape[1] * u.shape[1]
     for i in range(u.shape[0]):
-        for lane in range(u.shape[1]):
-            u[i, lane] = given[i, instant, lane]
+        copy_numbers(u, i * lanes, given, i * stride + instant * lanes, lanes)  # type: ignore[call-arg]
     for k in range(table.shape[0]):
         if table[k, 0] >= 0:
             signals = jumping if table[k, 9] >= 0 else own
@@ -41,7 +41,7 @@ def _evaluate_forces(plan, parameters, given, instant, own, jumping, x, u):  # t
         row = table[k, 5]
         for i in range(table[k, 3], table[k, 4]):
             for j in range(table[k, 1], table[k, 2]):
-                for lane in range(u.shape[1]):
+                for lane in range(lanes):
                     u[outputs[i], lane] += given[row, instant, lane] * x[inputs[j], lane]
                 row += 1
 
@@ -51,9 +51,7 @@ def _free_motion(work, flat, rows, diagonals):  # type: ignore[no-untyped-def]
     """Set the states after the step to e^(hL) y, and clear stages and probes; ``flat`` is the work matrix."""
     lanes = work.shape[1]
     first, following, stages = rows[4], rows[8], rows[6]
-    cleared = rows_of(flat, stages * lanes, following * lanes)  # type: ignore[call-arg]
-    for i in range(cleared.size):
-        cleared[i] = 0.0
+    clear_numbers(flat, stages * lanes, (following - stages) * lanes)  # type: ignore[call-arg]
     if lanes == 1:
         # The same sums: with the lanes innermost a single lane would fill no vector register.
         # As slices, whose indices cannot be negative: the compiler then takes several rows together.
@@ -72,25 +70,26 @@ def _free_motion(work, flat, rows, diagonals):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(**INNER)
-def _products(memory, work, rows, program, parts, stage):  # type: ignore[no-untyped-def]
+def _products(memory, work, flat, rows, program, parts, stage):  # type: ignore[no-untyped-def]
     """Do what follows from the forces of a stage, at stage 0 also what follows from the states."""
     states, motions, forces = rows[0], rows[1], rows[2]
     stages, following, u1 = rows[6], rows[8], rows[9]
     if stage == 3:
-        for i in range(u1 + forces, u1 + 2 * forces):
-            for lane in range(work.shape[1]):
-                work[i + forces, lane] += work[i, lane]
+        size = forces * work.shape[1]
+        begin = u1 * work.shape[1] + size
+        for i in range(size):
+            flat[begin + size + i] += flat[begin + i]
     for part in range(stage + 1 if stage else 0, stage + 2):
         call_products(rows[10], memory, program, parts[part], parts[part + 1], work.shape[1])  # type: ignore[call-arg]
         if part == 0:
             # C e^(hL/2) y opens stages a and b, C e^(hL) y stage c and the motions of the next step.
-            for i in range(stages, stages + motions):
-                for lane in range(work.shape[1]):
-                    work[i, lane] = work[i + motions, lane]
-                    work[i - stages + following + states, lane] = work[i + 2 * motions, lane]
+            size = motions * work.shape[1]
+            first, after = stages * work.shape[1], (following + states) * work.shape[1]
+            copy_numbers(flat, first, flat, first + size, size)  # type: ignore[call-arg]
+            copy_numbers(flat, after, flat, first + 2 * size, size)  # type: ignore[call-arg]
 
 
-@numba.njit(
+@compiled(
     numba.void(VECTOR, MATRIX, INDEX, TABLE, INDEX, MATRIX, PLAN, MATRIX, SIGNALS, JUMP, MATRIX, DEEP, CUBE),
     fastmath=MATH,
     **OPTIONS,
@@ -130,13 +129,9 @@ def run_block(memory, work, rows, program, parts, diagonals, plan, parameters, s
             _evaluate_forces(plan, parameters, signals[0], instant, own, jumping, x, u)
             if stage == 0:
                 _free_motion(work, flat, rows, diagonals)
-            _products(memory, work, rows, program, parts, stage)
-        for i in range(probes):
-            for lane in range(work.shape[1]):
-                record[step, i, lane] = work[rows[7] + i, lane]
+            _products(memory, work, flat, rows, program, parts, stage)
+        copy_numbers(record, step * probes * lanes, flat, rows[7] * lanes, probes * lanes)  # type: ignore[call-arg]
         while event < events.shape[0] and events[event, 0] == step:
             call_jump(jump[0][0], jump, work, plan, parameters, events[event], branches[event])  # type: ignore[call-arg]
             event += 1
-        before, after = rows_of(flat, rows[4] * lanes, flat.size), rows_of(flat, rows[8] * lanes, flat.size)
-        for i in range((states + motions) * lanes):
-            before[i] = after[i]
+        copy_numbers(flat, rows[4] * lanes, flat, rows[8] * lanes, (states + motions) * lanes)  # type: ignore[call-arg]

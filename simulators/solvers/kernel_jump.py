@@ -8,8 +8,9 @@ difference is a quadratic through three instants, on the motion that it has chan
 from __future__ import annotations
 
 import numba
+import numpy as np
 
-from .kernel_types import CUBE, INNER, JUMP, MATRIX, OPTIONS, PLAN, VECTOR
+from .kernel_types import CUBE, HIDDEN, INNER, JUMP, MATRIX, PLAN, VECTOR, compiled
 from .law_call import call_force, rows_of
 
 
@@ -45,7 +46,7 @@ def _weigh(room, at, wide, tau):  # type: ignore[no-untyped-def]
         g2 = room[j + 5 * wide, 0] - room[j + 2 * wide, 0]
         room[j, 0] = g0
         room[j + wide, 0] = (-3 * g0 + 4 * g1 - g2) / tau
-        room[j + 2 * wide, 0] = 4 * (g0 - 2 * g1 + g2) / tau**2
+        room[j + 2 * wide, 0] = 4 * (g0 - 2 * g1 + g2) / (tau * tau)
 
 
 @numba.njit(**INNER)
@@ -54,7 +55,9 @@ def _integrate(tables, spacing, first, points, tau, weights, low, high, room, at
 
     The derivative of P_k is P_(k-1). ``low`` to ``high`` are the rows of the tables.
     """
-    point = min(int(tau / spacing), points - 2)
+    point = np.int64(tau / spacing)
+    if point > points - 2:
+        point = points - 2
     s = tau / spacing - point
     point += first
     h00, h10 = (1 + 2 * s) * (1 - s) * (1 - s), s * (1 - s) * (1 - s) * spacing
@@ -70,13 +73,14 @@ def _integrate(tables, spacing, first, points, tau, weights, low, high, room, at
         room[at + i - low, 0] = total
 
 
-@numba.njit(numba.void(JUMP, MATRIX, PLAN, MATRIX, VECTOR, CUBE), **OPTIONS)
+@compiled(numba.void(JUMP, MATRIX, PLAN, MATRIX, VECTOR, CUBE), **HIDDEN)
 def apply_jump(jump, work, plan, parameters, event, branches):  # type: ignore[no-untyped-def]
     """Correct one lane's state and motions at the end of a step for the jump of one force inside it.
 
     Parameters as in `kernel.run_block`; ``jump`` is made by `layout.jump_layout`.
     """
-    lane, which, tau = int(event[1]), int(event[2]), event[3]
+    # Python's own int, min and max are compiled as functions of their own.
+    lane, which, tau = np.int64(event[1]), np.int64(event[2]), event[3]
     # A jump on the end of the step, as a mesh in a whole ratio to the step makes, has no time to act in it.
     if tau <= 0.0:
         return
@@ -86,7 +90,7 @@ def apply_jump(jump, work, plan, parameters, event, branches):  # type: ignore[n
     count, wide = table[k, 2] - table[k, 1], tables.shape[3]
     own = table[k, 8] - table[k, 7]
     smooth, moved, forces, zero = own, own + 3 * count, own + 6 * count, own + 6 * count + 6 * wide
-    order = rows_of(numbers, numbers.size - max(count, wide), numbers.size)  # type: ignore[call-arg]
+    order = rows_of(numbers, numbers.size - (count if count > wide else wide), numbers.size)  # type: ignore[call-arg]
     for i in range(own):
         room[i, 0] = parameters[table[k, 7] + i, lane]
     _smooth_motion(jump, work, rows_of(inputs, table[k, 1], table[k, 2]), lane, tau, room, smooth)

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numba
 
+from ..law import no_collecting
+
 #: Sums may use fused multiply-add: the result does not depend on the number of lanes.
 MATH = {"contract"}
 OPTIONS: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+#: Of a function that only compiled code calls, by its address: what Python would need is a sixth of its compiling.
+HIDDEN: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True}
 #: Parts of one function, each called at one place: put in before it is compiled, they are not compiled by themselves.
 INNER: dict[str, Any] = {"error_model": "numpy", "nogil": True, "inline": "always"}
 
@@ -22,3 +27,13 @@ JUMP = numba.types.Tuple((INDEX, VECTOR, DEEP, MATRIX))
 SIGNALS = numba.types.Tuple((CUBE, CUBE, DEEP))
 #: `product.add_products`: memory, program, its rows from and to, lanes.
 PRODUCTS = numba.types.void(VECTOR, TABLE, numba.int64, numba.int64, numba.int64)
+
+
+def compiled(signature: Any, **options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Compile a function for one signature, at once."""
+
+    def decorate(function: Callable[..., Any]) -> Any:
+        with no_collecting():
+            return numba.njit(signature, **options)(function)
+
+    return decorate

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 from numba.np import arrayobj
@@ -83,3 +84,29 @@ def rows_of(typing, array, start, stop):  # type: ignore[no-untyped-def]
         return part._getvalue()
 
     return array(array, types.int64, types.int64), generate
+
+
+@intrinsic
+def copy_numbers(typing, target, start, source, begin, count):  # type: ignore[no-untyped-def]
+    """Copy so many neighbouring numbers; as a loop it would be compiled for every case of overlapping arrays."""
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        ends = [context.make_array(signature.args[i])(context, builder, arguments[i]).data for i in (0, 2)]
+        into, out_of = (builder.gep(end, [at]) for end, at in zip(ends, (arguments[1], arguments[3]), strict=True))
+        cgutils.raw_memmove(builder, into, out_of, arguments[4], ir.Constant(arguments[4].type, 8))
+        return context.get_dummy_value()
+
+    return types.void(target, types.int64, source, types.int64, types.int64), generate
+
+
+@intrinsic
+def clear_numbers(typing, target, start, count):  # type: ignore[no-untyped-def]
+    """Set so many neighbouring numbers to zero."""
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        size = builder.mul(arguments[2], ir.Constant(arguments[2].type, 8))
+        cgutils.memset(builder, builder.gep(data, [arguments[1]]), size, 0)
+        return context.get_dummy_value()
+
+    return types.void(target, types.int64, types.int64), generate

@@ -9,15 +9,14 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
-from .kernel_types import OPTIONS, PRODUCTS
+from .kernel_types import OPTIONS, PRODUCTS, compiled
 
 #: Rows of a single lane that are summed together; tables are filled up to the smallest.
-HEIGHTS = (32, 24, 16, 8, 4)
+HEIGHTS = (32, 8, 4)
 #: Rows and lanes that are summed together.
 TILE_ROWS, TILE_LANES = 4, 8
 _DOUBLE, _WORD = ir.DoubleType(), ir.IntType(64)
@@ -128,7 +127,7 @@ def _add_product(typing, memory, source, columns, target, height, at, lanes):  #
     return types.void(memory, *([types.int64] * 6)), generate
 
 
-@numba.njit(PRODUCTS, **OPTIONS)
+@compiled(PRODUCTS, **OPTIONS)
 def add_products(memory, program, start, stop, lanes):  # type: ignore[no-untyped-def]
     """Do the products ``start`` to ``stop`` - 1 of a program, see `layout.Layout`, for so many lanes."""
     for number in range(start, stop):
