@@ -14,7 +14,7 @@ from .cli_options import option
 if TYPE_CHECKING:
     from ..datasets.recipe import Recipe
 
-_USAGE, _FAILED, _OUTPUT_FAILED = 2, 3, 4
+_USAGE, _FAILED, _OUTPUT_FAILED, _INTERRUPTED = 2, 3, 4, 130
 
 dataset = typer.Typer(
     no_args_is_help=True, rich_markup_mode=None, help="Make labelled datasets of simulated signals, and look at them."
@@ -57,6 +57,9 @@ def build(
         found = summary_of(store)
     except RotorwiseError as problem:
         raise _leave(problem) from None
+    except KeyboardInterrupt:
+        print(f"rotorwise: stopped. What is in {output} is whole; the same command goes on.", file=sys.stderr)
+        raise typer.Exit(_INTERRUPTED) from None
     if as_json:
         print(json.dumps({"location": store.folder.name, **found}, indent=2))
     else:
