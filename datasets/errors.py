@@ -2,7 +2,7 @@
 
 from ..simulators.errors import InvalidValueError, RotorwiseError
 
-__all__ = ["InvalidValueError", "MissingMetadataError", "RotorwiseError", "UnreadableFileError"]
+__all__ = ["BuildError", "InvalidValueError", "MissingMetadataError", "RotorwiseError", "UnreadableFileError"]
 
 
 class UnreadableFileError(RotorwiseError):
@@ -11,3 +11,7 @@ class UnreadableFileError(RotorwiseError):
 
 class MissingMetadataError(RotorwiseError):
     """The file lacks something (a sampling rate, a unit) that rotorwise never guesses."""
+
+
+class BuildError(RotorwiseError):
+    """A dataset could not be built to its end; what has been built is whole."""

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from .card import card_text
-from .errors import InvalidValueError, RotorwiseError
+from .errors import BuildError, InvalidValueError
 from .generate_part import Part, make_part
 from .generate_table import channels_of
 from .recipe import Recipe
@@ -26,10 +26,6 @@ from .store_folder import StoreError, folder_of
 
 #: Parts that are computed or wait to be written, for each worker: more would only fill the memory.
 AHEAD = 2
-
-
-class BuildError(RotorwiseError):
-    """A dataset could not be built to its end; what has been built is whole."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +60,9 @@ def build(
     tell: Tell = lambda _progress: None,
 ) -> Store:
     """Build a dataset, or go on with it where it was stopped.
+
+    More than one worker means new processes, which read the script that calls this again: call it below
+    ``if __name__ == "__main__":``.
 
     Parameters
     ----------

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Generator, Sequence
 from typing import Any
 
-from .errors import InvalidValueError
+from .errors import BuildError, InvalidValueError
 from .generate_part import Part, make_part
 from .store import DATA, Store
 from .store_folder import folder_of
@@ -46,8 +46,6 @@ def computed_on_cluster(
 
 def _computed(client: Any, store: Store, missing: Sequence[int], limit: int | None) -> Generator[Part, None, None]:
     from distributed import as_completed
-
-    from .generate import BuildError
 
     target = store.folder.name if store.folder.is_shared else None
     left = iter(missing)

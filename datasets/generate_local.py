@@ -8,6 +8,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import active_children, get_context
 
+from .errors import BuildError
 from .generate_part import Part, make_part, warm_up
 from .store import Store
 
@@ -40,7 +41,7 @@ def computed_by_processes(
         left = iter(missing)
         try:
             # One process compiles what is not yet compiled; the others find it on the disk.
-            pool.submit(warm_up, source).result()
+            _warmed(pool, source)
             while True:
                 for number in left:
                     waiting.add(pool.submit(make_part, source, number, limit=limit))
@@ -51,9 +52,7 @@ def computed_by_processes(
                 done, waiting = wait(waiting, return_when=FIRST_COMPLETED)
                 for future in done:
                     yield future.result()
-        except BrokenProcessPool:
-            from .generate import BuildError
-
+        except (BrokenProcessPool, MemoryError):
             raise BuildError(
                 f"A process that computed parts of {store.folder.name} was killed, most likely for lack of memory. "
                 f"What has been built is whole: build again, with fewer than {workers} workers (--workers)."
@@ -64,6 +63,16 @@ def computed_by_processes(
                 pool.shutdown(wait=False, cancel_futures=True)
                 for process in set(active_children()) - before:
                     process.terminate()
+
+
+def _warmed(pool: ProcessPoolExecutor, source: str) -> None:
+    try:
+        pool.submit(warm_up, source).result()
+    except BrokenProcessPool:
+        raise BuildError(
+            "The first process ended before it had begun. A script of your own must call build(...) below "
+            'if __name__ == "__main__": as processes read the script again; or give workers=1.'
+        ) from None
 
 
 def _begin() -> None:

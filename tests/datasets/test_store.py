@@ -154,6 +154,18 @@ def test_the_workers_of_a_killed_build_end_and_the_next_one_goes_on(whole: Path,
     assert content(tmp_path) == content(whole)
 
 
+def test_a_script_without_its_guard_is_told_what_to_do(tmp_path: Path) -> None:
+    script = tmp_path / "plain.py"
+    script.write_text(
+        f"from rotorwise.datasets.generate import build\nbuild({str(SMALL)!r}, {str(tmp_path / 'set')!r}, workers=2)\n",
+        encoding="utf-8",
+    )
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=100, check=False)
+    assert done.returncode != 0
+    assert "BuildError: The first process ended" in done.stderr.replace("rotorwise.datasets.errors.", "")
+    assert 'if __name__ == "__main__"' in done.stderr
+
+
 _HOLDER = """
 import sys, time
 from rotorwise.datasets.store_folder import folder_of
