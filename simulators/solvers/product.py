@@ -17,8 +17,8 @@ from .kernel_types import OPTIONS, PRODUCTS, compiled
 
 #: Rows of a single lane that are summed together; tables are filled up to the smallest.
 HEIGHTS = (32, 8, 4)
-#: Rows and lanes that are summed together.
-TILE_ROWS, TILE_LANES = 4, 8
+#: Rows and lanes that are summed together; lanes that are left over by the next smaller number.
+TILE_ROWS, TILE_LANES = 4, (8, 4, 2, 1)
 _DOUBLE, _WORD = ir.DoubleType(), ir.IntType(64)
 
 
@@ -96,7 +96,7 @@ def _many_lanes(tile: _Tile, source: Any, target: Any, height: Any, at: Any, lan
         some = [builder.add(row, ir.Constant(_WORD, i)) for i in range(TILE_ROWS)]
         weights = [builder.add(at, builder.mul(own, tile.columns)) for own in some]
         start = zero
-        for width in (TILE_LANES, 1):
+        for width in TILE_LANES:
             loop, rest = _blocks(builder, start, lanes, width)
             with loop as turn:
                 lane = builder.add(start, builder.mul(turn.index, ir.Constant(_WORD, width)))
