@@ -106,7 +106,9 @@ def measure(
         ready = _prepared(row, prepare, rate_hz, shaft)
         kurtogram = fast_kurtogram(ready, rate_hz=rate_hz, narrowest_hz=3 * fastest)
         best = kurtogram.best
-        low, high = band_hz or (float(kurtogram.low_hz[best]), float(kurtogram.high_hz[best]))
+        own = float(kurtogram.low_hz[best]), float(kurtogram.high_hz[best])
+        # A prewhitened signal has no band of its own any more: impacts are spread over all of them.
+        low, high = band_hz or ((0.01 * rate_hz, 0.49 * rate_hz) if prepare == "prewhiten" else own)
         spectrum = squared_envelope_spectrum(
             ready,
             rate_hz=rate_hz,

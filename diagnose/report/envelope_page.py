@@ -57,7 +57,7 @@ def _band_words(looked: Looked, one: ChannelEnvelope) -> str:
     own = (one.low_hz, one.high_hz) == (float(kurtogram.low_hz[best]), float(kurtogram.high_hz[best]))
     text = f"{looked.recording.channels[one.channel].name}  {one.low_hz:.0f}-{one.high_hz:.0f} Hz"
     if not own:
-        return f"{text}, as asked"
+        return text
     words = "" if kurtogram.is_significant else ", no more than noise: no band is impulsive"
     return f"{text}, spectral kurtosis {kurtogram.kurtosis[best]:.2f}{words}"
 

@@ -73,6 +73,17 @@ def test_two_poor_channels_are_better_than_one():
     assert np.median(errors(both, speed)) < max(np.median(errors(one, speed)) for one in alone)
 
 
+def test_one_strong_line_is_followed_and_not_taken_for_certain():
+    """Unbalance alone: its main lobe must not pass for the lines of a slow comb, nor one line for proof."""
+    speed = SPEEDS["run-up"]
+    line = np.cos(2 * np.pi * np.cumsum(speed) / RATE) + np.random.default_rng(9).normal(0, 0.1, speed.size)
+    found = track_speed(line, rate_hz=RATE)
+    wrong = errors(found, speed)
+    assert np.median(wrong) < 2e-3
+    assert (wrong < 0.03).mean() >= 0.95
+    assert np.median(found.confidence) < 0.9
+
+
 def test_noise_alone_gives_no_confidence():
     signal = np.random.default_rng(7).normal(size=TIME.size)
     assert np.median(track_speed(signal, rate_hz=RATE).confidence) < 0.5
