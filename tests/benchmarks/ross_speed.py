@@ -29,6 +29,8 @@ from rotorwise.simulators.rotor_dynamics.harmonic_force import rotating_mass
 from rotorwise.simulators.rotor_dynamics.shaft_elements import COORDINATES, assemble_rotor
 from rotorwise.simulators.rotor_dynamics.shaft_parts import Disc, Material, ShaftElement
 from rotorwise.simulators.rotor_dynamics.shaft_torsion import assemble_torsion
+from rotorwise.simulators.solvers import frequency_response
+from rotorwise.simulators.solvers import harmonic_balance as solver
 from rotorwise.simulators.solvers.harmonic_balance import harmonic_balance
 from rotorwise.simulators.solvers.simulate import simulate_batch
 from rotorwise.simulators.solvers.stepper import LaneGroup, Stepper
@@ -196,7 +198,13 @@ def balance(machine, known):
     phase = speed_rpm * np.pi / 30 * step_s * np.arange(len(truth) - turn, len(truth))
     motion = harmonic_balance(machine, speed_rpm=speed_rpm, harmonics=HARMONICS)
     error = relative_error(motion.waveform(phase).T, truth[-turn:])
-    cost = least_cpu_s(lambda: harmonic_balance(machine, speed_rpm=speed_rpm, harmonics=HARMONICS), 3)
+
+    def anew():
+        solver.forget()
+        frequency_response.forget()
+        harmonic_balance(machine, speed_rpm=speed_rpm, harmonics=HARMONICS)
+
+    cost = least_cpu_s(anew, 3)
     print(f"  harmonic balance, all included: error {error:.1e}, {cost:.3f} CPU s whatever the duration")
 
 

@@ -194,14 +194,18 @@ def by_threads():
 
 
 def first_run():
-    """Print the first simulation of a new process, with an empty and with a full numba cache."""
+    """Print the first simulation of a new process, with an empty and with a full numba cache.
+
+    Python keeps its bytecode, as in an installed package; some environments of developers switch that off.
+    """
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     for machine in ("gearbox", "amb_rotor"):
         with tempfile.TemporaryDirectory() as folder:
             rows = []
             for _ in range(4):
                 answer = subprocess.run(
                     [sys.executable, "-c", FIRST_RUN.format(machine=machine)],
-                    env={**os.environ, "NUMBA_CACHE_DIR": folder},
+                    env={**kept, "NUMBA_CACHE_DIR": folder},
                     cwd=folder,
                     check=True,
                     capture_output=True,
