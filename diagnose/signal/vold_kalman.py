@@ -155,7 +155,8 @@ def _solve(gram: np.ndarray, right: np.ndarray, bandwidth: float, poles: int) ->
             # Difference number s touches knots s + first and s + second, s = 0 ... knots - poles - 1.
             start, stop = second * count, (knots - poles + second) * count
             bands[(first - second) * count, start:stop] += price * differences[first] * differences[second]
-    # A knot without any signal near it still has a value.
-    bands[0] += 1e-12
+    # Knots without any signal near them, of an order beyond half the sampling rate, hang on the differences alone,
+    # whose matrix is singular: enough is added to keep rounding from making it indefinite.
+    bands[0] += 1e-12 + 1e-14 * price * 4**poles
     flat = right.reshape(channels, -1).T
     return solveh_banded(bands, flat, lower=True, overwrite_ab=True).T.reshape(channels, knots, count)
