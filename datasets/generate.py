@@ -107,8 +107,7 @@ def build(
 
 def _build(store: Store, parts: Parts, workers: int, cluster: str | None, tell: Tell) -> None:
     there = store.parts()
-    # A part of an earlier, lower limit is shorter: it is made again as a whole.
-    whole = {number: facts for number, facts in there.items() if facts["signals"] >= _wanted(parts, number)}
+    whole = {number: facts for number, facts in there.items() if _is_whole(parts, number, facts)}
     missing = [number for number in range(parts.count) if number not in whole]
     done = sum(facts["signals"] for facts in whole.values())
     refused = sum(len(facts["refused"]) for facts in whole.values())
@@ -132,8 +131,12 @@ def _build(store: Store, parts: Parts, workers: int, cluster: str | None, tell: 
             tell(Progress(done, wanted, refused, at_start))
 
 
-def _wanted(parts: Parts, number: int) -> int:
-    return len(parts.numbers(number)) if number < parts.count else 0
+def _is_whole(parts: Parts, number: int, facts: dict[str, Any]) -> bool:
+    """Return whether a part holds what it should; one of an earlier, lower limit is shorter and is made again."""
+    if number >= parts.count:
+        return True
+    numbers = parts.numbers(number)
+    return facts["first"] == numbers.start and facts["signals"] >= len(numbers)
 
 
 def _computed_here(store: Store, missing: Sequence[int], limit: int | None) -> Generator[Part, None, None]:
@@ -148,12 +151,12 @@ def _cores() -> int:
 
 def summarise(store: Store) -> None:
     """Write manifest and card from the parts that are there."""
-    found = summary_of(store)
-    sizes = store.folder.sizes(DATA)
+    parts, sizes = store.parts(), store.folder.sizes(DATA)
+    found = _summary(store, parts, sizes)
     files = [
         {key: facts[key] for key in ("part", "first", "signals", "rows")}
-        | {"name": name, "bytes": sizes[name], "refused": len(facts["refused"])}
-        for name, facts in ((part_name(number), facts) for number, facts in store.parts().items())
+        | {"name": part_name(number), "bytes": sizes[part_name(number)], "refused": len(facts["refused"])}
+        for number, facts in parts.items()
     ]
     store.folder.write(MANIFEST, (json.dumps({**found, "files": files}, indent=1) + "\n").encode())
     store.folder.write(CARD, card_text(store.recipe, found).encode())
@@ -161,8 +164,11 @@ def summarise(store: Store) -> None:
 
 def summary_of(store: Store) -> dict[str, Any]:
     """Return what a dataset is and holds, as its parts say: counts, refused draws, versions, size."""
-    parts, sizes, recipe = store.parts(), store.folder.sizes(DATA), store.recipe
-    names = {part_name(number) for number in parts}
+    return _summary(store, store.parts(), store.folder.sizes(DATA))
+
+
+def _summary(store: Store, parts: dict[int, dict[str, Any]], sizes: dict[str, int]) -> dict[str, Any]:
+    recipe, names = store.recipe, {part_name(number) for number in parts}
     return {
         "name": recipe.name,
         "meaning": recipe.meaning,

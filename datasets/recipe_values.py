@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..simulators.parameter import LogNormal, Parameter, Prior
+from ..simulators.parameter import LogNormal, Parameter, Prior, Uniform
 from .errors import InvalidValueError
 
 #: Draws outside a parameter's bounds are drawn again; a distribution that misses them so often is a mistake.
@@ -89,18 +89,21 @@ class Choice:
         """Return the choice in words, for the dataset card."""
         if self.values:
             return ", ".join(f"{value:g}" for value in self.values)
-        if isinstance(self.prior, LogNormal):
-            return (
-                f"about {self.prior.median:g} within a factor of {self.prior.factor:g}, {self.low:g} to {self.high:g}"
-            )
         if self.prior is not None:
-            return f"{self.prior}, {self.low:g} to {self.high:g}"
+            return self._prior_text(self.prior)
         how = [
             *(["logarithmic"] if self.logarithmic else []),
             *(["whole numbers"] if self.whole else []),
             *([f"one from each of {self.cells} parts"] if self.cells > 1 else []),
         ]
         return f"{self.low:g} to {self.high:g}" + (f" ({', '.join(how)})" if how else "")
+
+    def _prior_text(self, prior: Prior) -> str:
+        if isinstance(prior, Uniform):
+            return f"{max(prior.low, self.low):g} to {min(prior.high, self.high):g}"
+        if isinstance(prior, LogNormal):
+            return f"about {prior.median:g} within a factor of {prior.factor:g}, {self.low:g} to {self.high:g}"
+        return f"{prior.mean:g} +- {prior.deviation:g}, {self.low:g} to {self.high:g}"
 
 
 def parse_choice(where: str, given: object, declared: Parameter | None = None, *, cells: bool = True) -> Choice:

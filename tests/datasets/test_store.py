@@ -9,12 +9,14 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from multiprocessing import active_children
 from pathlib import Path
 from typing import Any
 
 import pyarrow.parquet as pq
 import pytest
 from rotorwise.datasets import recipe_parts
+from rotorwise.datasets.errors import BuildError
 from rotorwise.datasets.generate import Progress, build, summary_of
 from rotorwise.datasets.recipe_file import load_recipe
 from rotorwise.datasets.store import Store, open_store
@@ -151,6 +153,24 @@ def test_the_workers_of_a_killed_build_end_and_the_next_one_goes_on(whole: Path,
     _, alive = psutil.wait_procs(workers, timeout=30)
     assert not alive
     build(SMALL, tmp_path, workers=2)
+    assert content(tmp_path) == content(whole)
+
+
+def test_a_worker_that_is_killed_is_told_and_nothing_is_lost(whole: Path, tmp_path: Path) -> None:
+    before = set(active_children())
+
+    def tell(now: Progress) -> None:
+        if now.signals == 10:
+            for process in set(active_children()) - before:
+                process.kill()
+
+    with pytest.raises(BuildError, match="was killed, most likely for lack of memory"):
+        build(SMALL, tmp_path, workers=2, tell=tell)
+    found = content(tmp_path)
+    assert found
+    assert all(content(whole)[name] == raw for name, raw in found.items())
+    assert " of 60 signals so far" in (tmp_path / "card.md").read_text(encoding="utf-8")
+    build(SMALL, tmp_path, workers=1)
     assert content(tmp_path) == content(whole)
 
 
