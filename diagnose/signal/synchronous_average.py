@@ -18,6 +18,7 @@ from ...simulators.errors import InvalidValueError
 from .order_map import samples_a_turn
 from .order_tracking import angular_resample
 from .spectrum import fast_length
+from .vold_kalman import order_waveforms
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +67,38 @@ class GearIndicators:
     fm4: float
     na4: float
     energy_ratio: float
+
+
+def phase_locked_to_mesh(
+    signals: np.ndarray, *, rate_hz: float, phase_turns: np.ndarray, mesh_order: float, bandwidth_hz: float
+) -> np.ndarray:
+    """Return the shaft angle corrected by the phase of the tooth mesh, shape (samples,), in turns.
+
+    Without a tacho a speed known to 1e-4 is half a tooth off after a few hundred turns. The mesh line itself, on the
+    channel that has it strongest, tells the angle (J. Combet and L. Gelman, MSSP 21 (2007) 2590).
+
+    Parameters
+    ----------
+    signals : numpy.ndarray, shape (channels, samples)
+    rate_hz : float
+    phase_turns : numpy.ndarray, shape (samples,)
+        Angle of the reference shaft to within the bandwidth.
+    mesh_order : float
+        Tooth-mesh frequency over that shaft's speed.
+    bandwidth_hz : float
+        Of the mesh line; below half the speed of the slower shaft, so that its sidebands do not count.
+
+    Raises
+    ------
+    InvalidValueError
+        See `order_waveforms`.
+    """
+    found = order_waveforms(
+        signals, rate_hz=rate_hz, phase_turns=phase_turns, orders=[mesh_order], bandwidth_hz=bandwidth_hz
+    )
+    envelope = found.envelope[:, 0]
+    strongest = envelope[int(np.argmax(np.median(np.abs(envelope), axis=1)))]
+    return phase_turns + np.unwrap(np.angle(strongest)) / (2 * np.pi * mesh_order)
 
 
 def synchronous_average(signals: np.ndarray, *, phase_turns: np.ndarray, highest_order: float) -> SynchronousAverage:
