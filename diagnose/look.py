@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from ..datasets.recording import Recording
 
 _DONE, _FILE_FAILED, _OUTPUT_FAILED = 0, 3, 4
+_LEAST_SAMPLES = 256
 _STEADY = 1e-3  # relative change of speed below which lines stay sharp
 _VARIES = 0.01  # from which a speed tracked in the vibration is taken as varying
 _LEAST_CONFIDENCE, _LEAST_WITHOUT_RANGE = 0.5, 0.8
@@ -189,6 +190,10 @@ def open_file(request: Request) -> Looked:
         warnings += [check.message for check in found]
     if not kept:
         raise InvalidValueError("No usable vibration channel. " + " ".join(warnings))
+    if recording.samples < _LEAST_SAMPLES:
+        raise InvalidValueError(
+            f"Record of {recording.samples} samples; allowed: {_LEAST_SAMPLES} or more. Give a longer record."
+        )
     part = recording.select(kept)
     signals = np.stack([repair(row) for row in part.signals])
     part = replace(part, signals=signals - signals.mean(axis=1, keepdims=True))
