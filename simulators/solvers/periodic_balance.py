@@ -203,46 +203,43 @@ def _solved(spectrum: np.ndarray, slopes: Slopes, responding: Responses) -> np.n
     wanted, place = np.unique(responding.directions[slopes.pairs[:, 1]], return_inverse=True)
     own = responding.of_directions[:, :, wanted]
     lanes, orders, size, _ = own.shape
-    # Axes: lanes, part and order and direction of the row, then of the column.
-    matrix = np.zeros((lanes, 2, orders, size, 2, orders, size))
+    # Axes: lanes, part and direction and order of the row, then of the column.
+    matrix = np.empty((lanes, 2, size, orders, 2, size, orders))
     for at, (acts, before, after) in enumerate(_by_direction(slopes, place, responding.factors)):
         column = own[:, :, :, acts]
-        one, other = column @ before, column @ after
+        one, other = (column @ before).swapaxes(1, 2), (column @ after).swapaxes(1, 2)
         plus, minus = one + other, one - other
-        matrix[:, 0, :, :, 0, :, at] = -np.real(plus)
-        matrix[:, 0, :, :, 1, :, at] = np.imag(minus)
-        matrix[:, 1, :, :, 0, :, at] = -np.imag(plus)
-        matrix[:, 1, :, :, 1, :, at] = -np.real(minus)
+        matrix[:, 0, :, :, 0, at] = -np.real(plus)
+        matrix[:, 0, :, :, 1, at] = np.imag(minus)
+        matrix[:, 1, :, :, 0, at] = -np.imag(plus)
+        matrix[:, 1, :, :, 1, at] = -np.real(minus)
     unknowns = 2 * orders * size
     matrix = matrix.reshape(lanes, unknowns, unknowns)
     matrix[:, np.arange(unknowns), np.arange(unknowns)] += 1.0
-    right = _times(own, spectrum)
+    right = _times(own, spectrum).swapaxes(1, 2)
     parts = np.concatenate([np.real(right).reshape(lanes, -1), np.imag(right).reshape(lanes, -1)], axis=1)
     try:
-        solution = np.linalg.solve(matrix, parts[..., None]).reshape(lanes, 2, orders, size)
+        solution = np.linalg.solve(matrix, parts[..., None]).reshape(lanes, 2, size, orders)
     except np.linalg.LinAlgError:
-        solution = np.full((lanes, 2, orders, size), np.nan)
+        solution = np.full((lanes, 2, size, orders), np.nan)
     read = slopes.pairs[:, 1]
-    found[:, :, read] = (solution[:, 0] + 1j * solution[:, 1])[:, :, place] * responding.factors[:, :, read]
+    moved = (solution[:, 0] + 1j * solution[:, 1]).swapaxes(1, 2)
+    found[:, :, read] = moved[:, :, place] * responding.factors[:, :, read]
     return found
 
 
 def _by_direction(
     slopes: Slopes, place: np.ndarray, factors: np.ndarray
-) -> Iterator[tuple[list[int], np.ndarray, np.ndarray]]:
-    """Give, for each direction, the forces that it changes and S_(k-l), S_(k+l), each (lanes, K + 1, forces, K + 1).
+) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Give, for each direction, the forces of its pairs and S_(k-l), S_(k+l), each (lanes, K + 1, pairs, K + 1).
 
     The former multiplies the displacement's harmonic l, the latter its conjugate.
     """
     before, after = _shifted(slopes.spectrum)
+    after[..., 0] = 0.0
     for at in range(place.max() + 1):
         own = np.flatnonzero(place == at)
-        acts = list(dict.fromkeys(slopes.pairs[own, 0].tolist()))
-        sums = np.zeros((2, before.shape[1], before.shape[2], len(acts), before.shape[3]), dtype=complex)
-        for number in own:
-            act, read = slopes.pairs[number]
-            factor = factors[:, None, :, read]
-            sums[0, :, :, acts.index(act)] += before[number] * factor
-            sums[1, :, :, acts.index(act)] += after[number] * np.conj(factor)
-        sums[1, ..., 0] = 0.0
-        yield acts, sums[0], sums[1]
+        acts, reads = slopes.pairs[own].T
+        factor = factors[:, :, reads].transpose(2, 0, 1)[:, :, None]
+        first, second = before[own] * factor, after[own] * np.conj(factor)
+        yield acts, first.transpose(1, 2, 0, 3), second.transpose(1, 2, 0, 3)
