@@ -30,7 +30,8 @@ DRIFT, GAIN_DRIFT = 0.005, 0.002
 FREE_ANGLE = 1.8
 #: A parameter that moves every line by less than this share of its probe's vibration, within its prior, is left alone.
 NEGLIGIBLE = 2e-3
-STEP = 1e-3
+#: Steps of the slopes in standard coordinates: of periodic motions, and of motions simulated in time.
+STEP, STEP_IN_TIME = 1e-3, 0.1
 MOST_STEPS = 6
 #: Times that the slopes are computed anew in a calibration, and change of a coordinate that does not ask for it.
 LINEARISED, NEAR = 3, 0.3
@@ -105,11 +106,17 @@ def linearised(
     here = machine_at(machine, coordinates, position)
     lines = predictor.amplitudes(here)
     slopes = np.zeros((len(coordinates), *lines.shape), dtype=complex)
+    reach = STEP if predictor.repeats(here) else STEP_IN_TIME
+    steps, beside = {}, {}
     for i in np.flatnonzero(active):
-        step = STEP if coordinates[i].value(position[i] + STEP) != coordinates[i].value(position[i]) else -STEP
+        free = coordinates[i].value(position[i] + reach) != coordinates[i].value(position[i])
+        steps[i] = reach if free else -reach
         moved = position.copy()
-        moved[i] += step
-        slopes[i] = (predictor.amplitudes(machine_at(machine, coordinates, moved)) - lines) / step
+        moved[i] += steps[i]
+        beside[i] = machine_at(machine, coordinates, moved)
+    predictor.prepare(list(beside.values()))
+    for i, moved_machine in beside.items():
+        slopes[i] = (predictor.amplitudes(moved_machine) - lines) / steps[i]
     probes = lines.shape[1]
     prior = [FREE_ANGLE if c.is_angle else 1.0 for c in coordinates] + [GAIN_DEVIATION] * (2 * probes)
     return Baseline(
@@ -119,7 +126,7 @@ def linearised(
         given=given,
         active=active,
         lines=lines,
-        slopes=np.concatenate([slopes, _gain_slopes(lines)]),
+        slopes=np.concatenate([slopes, _gain_slopes(lines, predictor)]),
         prior=np.array(prior),
         prior_mean=np.concatenate([given - position, np.zeros(2 * probes)]),
         drift=np.array(
@@ -146,7 +153,7 @@ def shifted(baseline: Baseline, machine: Machine, change: np.ndarray, predictor:
         machine=here,
         position=position,
         lines=lines,
-        slopes=np.concatenate([baseline.slopes[:own], _gain_slopes(lines)]),
+        slopes=np.concatenate([baseline.slopes[:own], _gain_slopes(lines, predictor)]),
         prior_mean=np.concatenate([baseline.given - position, baseline.prior_mean[own:]]),
     )
 
@@ -156,12 +163,16 @@ def again(baseline: Baseline, machine: Machine, predictor: Predictor) -> Baselin
     return linearised(machine, baseline.coordinates, baseline.position, baseline.given, baseline.active, predictor)
 
 
-def _gain_slopes(lines: np.ndarray) -> np.ndarray:
+def _gain_slopes(lines: np.ndarray, predictor: Predictor) -> np.ndarray:
     probes = lines.shape[1]
     gains = np.zeros((2 * probes, *lines.shape), dtype=complex)
     for probe in range(probes):
         gains[2 * probe, :, probe] = lines[:, probe]
         gains[2 * probe + 1, :, probe] = 1j * lines[:, probe]
+    # Where phases are relative to a probe, the phase of that probe's gain turns all others the other way.
+    untied = [i for i, one in enumerate(predictor.conditions) if not one.tied]
+    for column, probe in enumerate(predictor.reference):
+        gains[2 * probe + 1, untied, :, column] -= 1j * lines[untied, :, column]
     return gains
 
 
@@ -203,10 +214,10 @@ def _descended(current: Baseline, machine: Machine, healthy: OrderLines, predict
 
 def _newton_step(current: Baseline, lines: OrderLines, error: np.ndarray) -> np.ndarray:
     """Return the unknowns' most probable change from the current position and unit gains."""
-    seen = lines.seen
-    residual = stacked(lines.amplitudes - current.lines, seen)
-    slopes = stacked(current.slopes, seen)
-    covariance = noise_covariance(lines) + error_covariance(lines.conditions, error, seen)
+    parts = lines.parts
+    residual = stacked(lines.amplitudes - current.lines, parts)
+    slopes = stacked(current.slopes, parts)
+    covariance = noise_covariance(lines) + error_covariance(lines.conditions, error, parts)
     weighted = np.linalg.solve(covariance, slopes.T)
     precision = np.diag(current.prior**-2)
     right = weighted.T @ residual + precision @ current.prior_mean
@@ -215,10 +226,10 @@ def _newton_step(current: Baseline, lines: OrderLines, error: np.ndarray) -> np.
 
 def _objective(current: Baseline, lines: OrderLines, error: np.ndarray) -> float:
     """Return minus the logarithm of the posterior at the best gains, up to a constant."""
-    seen, own = lines.seen, len(current.coordinates)
-    residual = stacked(lines.amplitudes - current.lines, seen)
-    gains = stacked(current.slopes[own:], seen)
-    covariance = noise_covariance(lines) + error_covariance(lines.conditions, error, seen)
+    parts, own = lines.parts, len(current.coordinates)
+    residual = stacked(lines.amplitudes - current.lines, parts)
+    gains = stacked(current.slopes[own:], parts)
+    covariance = noise_covariance(lines) + error_covariance(lines.conditions, error, parts)
     covariance += (gains.T * current.prior[own:] ** 2) @ gains
     outside = current.prior_mean[:own] / current.prior[:own]
     return 0.5 * float(residual @ np.linalg.solve(covariance, residual)) + 0.5 * float(outside @ outside)
@@ -226,10 +237,11 @@ def _objective(current: Baseline, lines: OrderLines, error: np.ndarray) -> float
 
 def noise_covariance(lines: OrderLines) -> np.ndarray:
     """Return the covariance of the stacked lines' noise, diagonal."""
-    return np.diag(np.tile(lines.deviations[lines.seen] ** 2, 2))
+    real, imaginary = lines.parts
+    return np.diag(np.concatenate([lines.deviations[real], lines.deviations[imaginary]]) ** 2)
 
 
-def error_covariance(conditions: tuple[Condition, ...], error: np.ndarray, seen: np.ndarray) -> np.ndarray:
+def error_covariance(conditions: tuple[Condition, ...], error: np.ndarray, parts: np.ndarray) -> np.ndarray:
     """Return the covariance of the stacked lines' model error.
 
     Parameters
@@ -237,14 +249,19 @@ def error_covariance(conditions: tuple[Condition, ...], error: np.ndarray, seen:
     conditions : tuple of Condition
     error : ndarray (probes, orders)
         Standard deviation of the real part and of the imaginary part.
-    seen : ndarray (conditions, probes, orders)
+    parts : ndarray (2, conditions, probes, orders)
+        `OrderLines.parts`.
     """
     kernel = similarity(conditions)
+    real, imaginary = (_error_block(kernel, error, seen) for seen in parts)
+    zero = np.zeros((real.shape[0], imaginary.shape[0]))
+    return np.block([[real, zero], [zero.T, imaginary]])
+
+
+def _error_block(kernel: np.ndarray, error: np.ndarray, seen: np.ndarray) -> np.ndarray:
     condition, probe, order = np.nonzero(seen)
     same = (probe[:, None] == probe[None, :]) & (order[:, None] == order[None, :])
-    block = same * kernel[np.ix_(condition, condition)] * np.outer(error[probe, order], error[probe, order])
-    zero = np.zeros_like(block)
-    return np.block([[block, zero], [zero, block]])
+    return same * kernel[np.ix_(condition, condition)] * np.outer(error[probe, order], error[probe, order])
 
 
 def similarity(conditions: tuple[Condition, ...]) -> np.ndarray:

@@ -15,11 +15,12 @@ import numpy as np
 
 from ...simulators.errors import InvalidValueError
 from .baseline import Baseline, error_covariance, noise_covariance, shifted
-from .lines import OrderLines, joined, stacked
+from .lines import OrderLines, joined, stacked, unstacked
 from .predict import Predictor
 
-LAW_TOLERANCE = 0.15
-PROBE_TOLERANCE = 0.03
+#: Of lines with phase, and of sizes of lines without: transfer paths at high frequencies are known to a factor.
+LAW_TOLERANCE, LAW_TOLERANCE_OF_SIZES = 0.15, 0.5
+PROBE_TOLERANCE, PROBE_TOLERANCE_OF_SIZES = 0.03, 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +63,7 @@ class Comparison:
         """Return responses (..., conditions, probes, orders) as whitened real vectors (..., reals)."""
         from scipy.linalg import solve_triangular
 
-        flat = stacked(response, self.seen)
+        flat = stacked(response, self.lines.parts)
         return solve_triangular(self.factor, flat.reshape(-1, flat.shape[-1]).T, lower=True).T.reshape(flat.shape)
 
     def detectability(self, response: np.ndarray) -> float:
@@ -112,7 +113,7 @@ class Problem:
 
     def around(self, baseline: Baseline, response: np.ndarray) -> Comparison:
         """Return the lines against a machine with effects, linearised with them, that add ``response``."""
-        own = PROBE_TOLERANCE * np.sqrt((np.abs(response) ** 2).mean(axis=0) / 2)
+        own = _tolerances(self.lines)[1] * np.sqrt((np.abs(response) ** 2).mean(axis=0) / 2)
         return comparison(self.lines, baseline, self.healthy, self.at_healthy, self.error, own)
 
 
@@ -139,38 +140,40 @@ def comparison(
         Of a further model error that the healthy lines do not share.
     """
     variance = baseline.prior[:, None] ** 2
-    flat = stacked(baseline.slopes, lines.seen)
+    parts = lines.parts
+    flat = stacked(baseline.slopes, parts)
     expected = baseline.lines + np.tensordot(baseline.prior_mean, baseline.slopes, 1)
-    covariance = flat.T @ (variance * flat) + error_covariance(lines.conditions, error, lines.seen)
+    covariance = flat.T @ (variance * flat) + error_covariance(lines.conditions, error, parts)
     covariance += noise_covariance(lines)
     known, cross = baseline.prior_mean, variance * flat
     if healthy is not None and at_healthy is not None:
-        own = stacked(at_healthy.slopes, healthy.seen)
-        inner = own.T @ (variance * own) + error_covariance(healthy.conditions, error, healthy.seen)
+        own = stacked(at_healthy.slopes, healthy.parts)
+        inner = own.T @ (variance * own) + error_covariance(healthy.conditions, error, healthy.parts)
         inner += noise_covariance(healthy)
         between = own.T @ (variance * flat) + _shared_error(healthy, lines, error)
         weights = np.linalg.solve(inner, np.concatenate([between, (variance * own).T], axis=1))
         to_lines, to_unknowns = weights[:, : flat.shape[1]], weights[:, flat.shape[1] :]
         there = at_healthy.lines + np.tensordot(baseline.prior_mean, at_healthy.slopes, 1)
-        left = stacked(healthy.amplitudes - there, healthy.seen)
-        expected = expected + _unstacked(to_lines.T @ left, lines.seen)
+        left = stacked(healthy.amplitudes - there, healthy.parts)
+        expected = expected + unstacked(to_lines.T @ left, parts)
         covariance = covariance - between.T @ to_lines
         known, cross = known + to_unknowns.T @ left, cross - to_unknowns.T @ between
         # The machine has been stopped and started in between: its own parameters are not quite the same.
         covariance = covariance + flat.T @ (baseline.drift[:, None] ** 2 * flat)
         cross = cross + baseline.drift[:, None] ** 2 * flat
     if own_error is not None:
-        covariance = covariance + error_covariance(lines.conditions, own_error, lines.seen)
+        covariance = covariance + error_covariance(lines.conditions, own_error, parts)
     return _compared(lines, expected, covariance, known, cross)
 
 
 def _shared_error(healthy: OrderLines, lines: OrderLines, error: np.ndarray) -> np.ndarray:
     """Return the covariance of the model errors in the healthy conditions with those in the others."""
     both = joined(healthy, lines)
-    whole = error_covariance(both.conditions, error, both.seen)
+    parts = both.parts
+    whole = error_covariance(both.conditions, error, parts)
     first = np.zeros(both.seen.shape, dtype=bool)
     first[: len(healthy.conditions)] = True
-    rows = np.tile(first[both.seen], 2)
+    rows = np.concatenate([first[parts[0]], first[parts[1]]])
     return whole[np.ix_(rows, ~rows)]
 
 
@@ -182,7 +185,7 @@ def _compared(
     # Rounding may leave a tiny negative direction where slopes and errors are far larger than the noise.
     covariance = (covariance + covariance.T) / 2 + np.diag(1e-12 * np.diag(covariance))
     factor = _factored(covariance)
-    residual = solve_triangular(factor, stacked(lines.amplitudes - expected, lines.seen), lower=True)
+    residual = solve_triangular(factor, stacked(lines.amplitudes - expected, lines.parts), lower=True)
     learnt = solve_triangular(factor, cross.T, lower=True).T
     constant = -float(np.log(np.diag(factor)).sum()) - 0.5 * residual.size * math.log(2 * math.pi)
     return Comparison(lines, expected, covariance, factor, residual, constant, known, learnt)
@@ -202,28 +205,35 @@ def _factored(covariance: np.ndarray) -> np.ndarray:
     )
 
 
-def _unstacked(values: np.ndarray, seen: np.ndarray) -> np.ndarray:
-    half = values.size // 2
-    result = np.zeros(seen.shape, dtype=complex)
-    result[seen] = values[:half] + 1j * values[half:]
-    return result
+def _tolerances(lines: OrderLines) -> tuple[np.ndarray, np.ndarray]:
+    """Return the tolerance of a law at each order, and at each order at one probe, both (orders,)."""
+    phase = np.array([kind.phase for kind in lines.kinds])
+    return (
+        np.where(phase, LAW_TOLERANCE, LAW_TOLERANCE_OF_SIZES),
+        np.where(phase, PROBE_TOLERANCE, PROBE_TOLERANCE_OF_SIZES),
+    )
 
 
 def law_columns(compared: Comparison, response: np.ndarray) -> np.ndarray:
     """Return the whitened directions in which a response's law may be wrong, shape (directions, reals)."""
-    whole = np.zeros((response.shape[2], *response.shape), dtype=complex)
-    single = np.zeros((response.shape[1] * response.shape[2], *response.shape), dtype=complex)
-    for order in range(response.shape[2]):
-        whole[order, :, :, order] = response[:, :, order]
+    present = np.flatnonzero(np.abs(response).max(axis=(0, 1)) > 0)
+    if not present.size:
+        return np.zeros((0, compared.residual.size))
+    law, apart = (own[present] for own in _tolerances(compared.lines))
+    whole = np.zeros((present.size, *response.shape), dtype=complex)
+    single = np.zeros((present.size, response.shape[1], *response.shape), dtype=complex)
+    for row, order in enumerate(present):
+        whole[row, :, :, order] = response[:, :, order]
         for probe in range(response.shape[1]):
-            single[order * response.shape[1] + probe, :, probe, order] = response[:, probe, order]
+            single[row, probe, :, probe, order] = apart[row] * response[:, probe, order]
     white = compared.whitened(np.concatenate([whole, 1j * whole]))
     power = (white**2).sum(axis=1)
-    strongest = int(np.argmax(power[: whole.shape[0]]))
-    weaker = [k for k, own in enumerate(power) if own > 1e-3 and k % whole.shape[0] != strongest]
-    apart = PROBE_TOLERANCE * compared.whitened(np.concatenate([single, 1j * single]))
-    matters = (apart**2).sum(axis=1) > 1e-3
-    return np.concatenate([LAW_TOLERANCE * white[weaker], apart[matters]])
+    strongest = int(np.argmax(power[: present.size]))
+    weaker = [k for k, own in enumerate(power) if own > 1e-3 and k % present.size != strongest]
+    single = single.reshape(-1, *response.shape)
+    probes = compared.whitened(np.concatenate([single, 1j * single]))
+    matters = (probes**2).sum(axis=1) > 1e-3
+    return np.concatenate([np.tile(law, 2)[weaker, None] * white[weaker], probes[matters]])
 
 
 @dataclass(frozen=True, eq=False)

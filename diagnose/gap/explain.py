@@ -8,21 +8,24 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...datasets.recording import Campaign, Recording
+from ...simulators.effect import effect_catalogue
 from ...simulators.errors import InvalidValueError
 from ...simulators.machine import Machine
 from ...simulators.solvers.blas import single_blas_thread
 from .baseline import Baseline, again, calibrated, model_error, residual_error
-from .evidence import Problem
+from .evidence import Comparison, Problem
 from .gain import measured_gain
 from .hypotheses import Candidate, candidates
-from .lines import OrderLines, locked_orders
-from .observe import observe_orders, with_floor
+from .lines import OrderLines
+from .observe import observe_orders, with_floor, with_reference
 from .predict import Predictor
 from .result import GapResult
-from .screen import Atom, atoms_of
+from .screen import Atom, atoms_of, reach
 from .search import Screening, search, telling_conditions
+from .shown_lines import may_show
 from .unknown_force import force_kernels
 from .verdict import told
+from .wanted_lines import wanted_lines
 from .waveform import ONLY_IN_WAVEFORM, seen_in_waveform, with_doubt
 
 HIGHEST_ORDER = 6.0
@@ -115,13 +118,31 @@ def explain_gap(
     prepared = prepare(campaign, machine, tell=tell)
     problem = prepared.problem(prepared.fitted)
     part = problem.predictor
+    compared = problem.plain()
+    chosen = telling_conditions(compared, SCREENED_CONDITIONS)
+    screened, few = prepared.problem([prepared.fitted[i] for i in chosen]).plain(), part.select(chosen)
+    own, deviations = problem.baseline.machine, screened.lines.deviations
+
+    def reached(one: Candidate) -> float:
+        return reach(one, own, few, deviations) if may_show(one, own, compared) else 0.0
+
+    tell("finding what each effect can do")
     competing = [
-        one for one in candidates(machine, without=without | ONLY_IN_WAVEFORM) if only is None or one.name in only
+        one
+        for one in candidates(
+            machine,
+            without=without
+            | ONLY_IN_WAVEFORM
+            | (effect_catalogue().keys() - only if only is not None else frozenset()),
+            probes=prepared.measured.probes,
+            reach=reached,
+        )
+        if may_show(one, own, compared)
     ]
-    chosen = telling_conditions(problem.plain(), SCREENED_CONDITIONS)
-    library, not_compared = responses(competing, problem.baseline.machine, part.select(chosen), tell=tell)
-    screening = Screening(chosen, prepared.problem([prepared.fitted[i] for i in chosen]).plain(), library)
-    kernels = force_kernels(problem.baseline.machine, part)
+    library, not_compared = responses(competing, own, few, screened, tell=tell)
+    screening = Screening(chosen, screened, library)
+    tied = all(one.tied for one in part.conditions)
+    kernels = force_kernels(problem.baseline.machine, part) if tied else None
     posterior = search(problem, screening, kernels, tell=tell)
     tell("measuring the gain")
     gain = measured_gain(machine, prepared, posterior)
@@ -131,9 +152,7 @@ def explain_gap(
 def prepare(campaign: Campaign, machine: Machine, *, tell: Tell = lambda _: None) -> Prepared:
     """Return observed lines and the calibrated baseline."""
     channels = _channels(campaign, machine)
-    orders = locked_orders(machine, highest=HIGHEST_ORDER)
-    measured = observe_orders(campaign.recordings, orders=orders, channels=channels)
-    healthy = observe_orders(campaign.baseline, orders=orders, channels=channels) if campaign.baseline else None
+    measured, healthy = observed(campaign, machine, channels)
     waveform = seen_in_waveform(campaign.recordings, campaign.baseline, list(channels))
     measured = with_doubt(with_floor(measured, REPEATABILITY), waveform)
     healthy = with_floor(healthy, REPEATABILITY) if healthy else None
@@ -159,22 +178,36 @@ def prepare(campaign: Campaign, machine: Machine, *, tell: Tell = lambda _: None
     )
 
 
+def observed(campaign: Campaign, machine: Machine, channels: Mapping[str, str]) -> tuple[OrderLines, OrderLines | None]:
+    """Return the lines of the recordings to explain, and of the healthy ones if there are any."""
+    speeds = [one.condition.speed_rpm for one in campaign.recordings if one.condition.speed_rpm]
+    orders, kinds = wanted_lines(machine, highest=HIGHEST_ORDER, speeds_rpm=speeds)
+    sets = [campaign.recordings, campaign.baseline] if campaign.baseline else [campaign.recordings]
+    found = with_reference(*(observe_orders(one, orders=orders, kinds=kinds, channels=channels) for one in sets))
+    return found[0], found[1] if len(found) > 1 else None
+
+
 def responses(
-    competing: Sequence[Candidate], machine: Machine, predictor: Predictor, *, tell: Tell = lambda _: None
+    competing: Sequence[Candidate],
+    machine: Machine,
+    predictor: Predictor,
+    screened: Comparison,
+    *,
+    tell: Tell = lambda _: None,
 ) -> tuple[dict[Candidate, tuple[Atom, ...]], dict[str, str]]:
     """Return each candidate's responses on a coarse grid, and the effects that have none with the reason."""
     library = {}
     for number, candidate in enumerate(competing):
         tell(f"responses {number + 1} of {len(competing)}: {candidate}")
-        library[candidate] = atoms_of(candidate, machine, predictor)
+        library[candidate] = atoms_of(candidate, machine, predictor, deviations=screened.lines.deviations)
     names = dict.fromkeys(one.name for one in competing)
     silent = [name for name in names if not any(own for one, own in library.items() if one.name == name)]
-    return library, {name: "adds nothing to phase-locked order lines here" for name in silent}
+    return library, {name: "adds nothing to the lines that are compared here" for name in silent}
 
 
 def _predictor(lines: OrderLines, recordings: Sequence[Recording]) -> Predictor:
     rates, lengths = tuple(one.rate_hz for one in recordings), tuple(one.samples for one in recordings)
-    return Predictor(lines.conditions, lines.probes, lines.orders, rates, lengths)
+    return Predictor(lines.conditions, lines.probes, lines.orders, rates, lengths, lines.kinds, lines.reference)
 
 
 def _channels(campaign: Campaign, machine: Machine) -> dict[str, str]:

@@ -42,7 +42,8 @@ def measured_gain(machine: Machine, prepared: Prepared, posterior: Posterior) ->
 
 def winner(posterior: Posterior) -> Fit:
     """Return the most probable hypothesis of none, one or two effects."""
-    names = next(names for names in posterior.probabilities if names != ("unknown",))
+    fitted = {fit.names for fit in (*posterior.fits, posterior.none)}
+    names = next(names for names in posterior.probabilities if names in fitted)
     return posterior.best(names)
 
 

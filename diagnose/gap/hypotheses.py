@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,13 @@ from ...simulators.effect import Effect, SensorEffect, effect_catalogue
 from ...simulators.errors import RotorwiseError
 from ...simulators.machine import Machine
 from .coordinates import Coordinate, coordinates_of, values_at
+
+#: Links of the measuring chain that all channels share: one recorder, one clock.
+SHARED_LINKS = ("recorder", "clock")
+
+
+#: A strength that alone does less than this share of what another does alone is taken to modify that one only.
+MODIFIES = 0.05
 
 
 @dataclass(frozen=True)
@@ -22,10 +30,13 @@ class Candidate:
         With default values; values without a prior stay as they are, and strengths that are absent are at zero.
     coordinates : tuple of Coordinate
         Of the parameters that are searched for.
+    modifiers : frozenset of str
+        Parameters that do nothing alone: they only change what others do.
     """
 
     effect: Effect
     coordinates: tuple[Coordinate, ...]
+    modifiers: frozenset[str] = frozenset()
 
     @property
     def name(self) -> str:
@@ -35,7 +46,11 @@ class Candidate:
     @property
     def strengths(self) -> tuple[int, ...]:
         """Numbers of the coordinates at which the effect can be absent."""
-        return tuple(i for i, c in enumerate(self.coordinates) if c.parameter.zero is not None)
+        return tuple(
+            i
+            for i, c in enumerate(self.coordinates)
+            if c.parameter.zero is not None and c.parameter.name not in self.modifiers
+        )
 
     def at(self, position: np.ndarray) -> Effect:
         """Return the effect at a position of its coordinates."""
@@ -45,7 +60,16 @@ class Candidate:
         return f"{self.name} at {self.effect.at}" if self.effect.at else self.name
 
 
-def candidates(machine: Machine, *, without: frozenset[str] = frozenset()) -> tuple[Candidate, ...]:
+Reach = Callable[[Candidate], float]
+
+
+def candidates(
+    machine: Machine,
+    *,
+    without: frozenset[str] = frozenset(),
+    probes: Sequence[str] | None = None,
+    reach: Reach = lambda candidate: 1.0,
+) -> tuple[Candidate, ...]:
     """Return every effect that can act on the machine, at every part, in order of name and part.
 
     Parameters
@@ -53,38 +77,57 @@ def candidates(machine: Machine, *, without: frozenset[str] = frozenset()) -> tu
     machine : Machine
     without : frozenset of str
         Names of effects to leave out.
+    probes : sequence of str, optional
+        The machine's probes that are compared, on whose chains effects can act; all when not given.
+    reach : callable
+        How far a candidate with a single strength moves the lines, in any unit; asked where an effect has several.
+        Strengths that do next to nothing alone only modify the others.
     """
     found = []
     for name, effect in sorted(effect_catalogue().items()):
         if name in without:
             continue
-        for part in _parts(machine, effect):
+        for part in _parts(machine, effect, probes):
             one = effect(at=part)
             try:
                 one.contribute(machine.bare_assembly())
             except RotorwiseError:
                 continue
-            found += _variants(one)
+            found += _variants(one, reach)
     return tuple(found)
 
 
-def _variants(effect: Effect) -> list[Candidate]:
+def _variants(effect: Effect, reach: Reach) -> list[Candidate]:
     """Return the effect with all its strengths, and with each alone: a cause need not have all of them."""
     coordinates = coordinates_of(effect.parameters())
     strengths = [c.parameter for c in coordinates if c.parameter.zero is not None]
-    whole = [Candidate(effect, coordinates)]
     if len(strengths) < 2:
-        return whole
-    for kept in strengths:
-        absent = {one.name: one.zero for one in strengths if one is not kept and one.zero is not None}
-        alone = tuple(c for c in coordinates if c.parameter.name not in absent)
-        whole.append(Candidate(effect.with_values(**absent), alone))
-    return whole
+        return [Candidate(effect, coordinates)]
+    reached = {one.name: reach(_alone(effect, coordinates, one.name, frozenset())) for one in strengths}
+    largest = max(reached.values())
+    acting = [name for name, own in reached.items() if own > 0 and (own == largest or own > MODIFIES * largest)]
+    modifiers = frozenset(one.name for one in strengths if one.name not in acting)
+    whole = [Candidate(effect, coordinates, modifiers)] if acting else []
+    single = [_alone(effect, coordinates, name, modifiers) for name in acting] if len(acting) > 1 else []
+    return whole + single
 
 
-def _parts(machine: Machine, effect: type[Effect]) -> list[str]:
+def _alone(effect: Effect, coordinates: tuple[Coordinate, ...], kept: str, modifiers: frozenset[str]) -> Candidate:
+    """Return the effect with one strength: the others are absent, but for those that only modify it."""
+    absent = {
+        c.parameter.name: c.parameter.zero
+        for c in coordinates
+        if c.parameter.zero is not None and c.parameter.name not in modifiers | {kept}
+    }
+    left = tuple(c for c in coordinates if c.parameter.name not in absent)
+    return Candidate(effect.with_values(**absent), left, modifiers)
+
+
+def _parts(machine: Machine, effect: type[Effect], probes: Sequence[str] | None) -> list[str]:
     assembly = machine.bare_assembly()
     if issubclass(effect, SensorEffect):
-        return list(dict.fromkeys(probe.location for probe in assembly.probes))
+        compared = [probe for probe in assembly.probes if probes is None or probe.name in probes]
+        fitting = list(dict.fromkeys(probe.location for probe in compared if effect().fits(probe)))
+        return [""] if fitting and effect.LINK in SHARED_LINKS else fitting
     parts = [*assembly.places.values(), *assembly.components.values()]
     return list(dict.fromkeys(part.name for part in parts if effect.ROLE in part.roles)) or [""]

@@ -1,4 +1,4 @@
-"""What is compared: complex amplitudes of shaft orders at every probe, in every condition, with their noise."""
+"""What is compared: lines of every probe in every condition, with their noise."""
 
 from __future__ import annotations
 
@@ -7,42 +7,68 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...simulators.effect import effect_catalogue
-from ...simulators.errors import InvalidValueError, RotorwiseError
-from ...simulators.machine import Machine
-
-#: Always looked at: what shafts show, and the half orders of a nonlinear support.
-USUAL_ORDERS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0)
-#: Orders that are multiples of this fraction of a turn keep their phase to the shaft.
-LOCKED_FRACTION = 1 / 6
+from ...simulators.errors import InvalidValueError
 
 
 @dataclass(frozen=True)
 class Condition:
-    """Speed of the reference shaft, and load in the unit of the machine's load parameter; None when unknown."""
+    """Speed of the reference shaft, and load in the unit of the machine's load parameter; None when unknown.
+
+    ``tied`` says whether the shaft's angle is known, so that phases refer to it.
+    """
 
     speed_rpm: float
     load: float | None = None
+    tied: bool = True
 
     def __str__(self) -> str:
         load = "" if self.load is None else f", load {self.load:g}"
         return f"{self.speed_rpm:.0f} rpm{load}"
 
 
+@dataclass(frozen=True)
+class LineKind:
+    """How a line is seen.
+
+    Attributes
+    ----------
+    phase : bool
+        It keeps its phase to the shaft: its complex amplitude is compared. Else only its size is, a number of at
+        least 0.
+    envelope : bool
+        It is a line of the envelope's spectrum.
+    frequency_hz : float
+        Added to the order's frequency.
+    """
+
+    phase: bool = True
+    envelope: bool = False
+    frequency_hz: float = 0.0
+
+    def order_at(self, order: float, speed_rpm: float) -> float:
+        """Return the line's place as a multiple of the shaft's speed."""
+        return abs(order + 60 * self.frequency_hz / speed_rpm)
+
+
 @dataclass(frozen=True, eq=False)
 class OrderLines:
-    """Amplitudes on a grid of conditions, probes and orders.
+    """Amplitudes on a grid of conditions, probes and lines.
 
     Attributes
     ----------
     conditions : tuple of Condition
     probes : tuple of str
     orders : tuple of float
-        Multiples of the reference-shaft speed, phase-locked to it.
+        Multiples of the reference-shaft speed.
     amplitudes : ndarray (conditions, probes, orders), complex
-        x = Re sum A exp(i order angle), angle 0 at the tacho's pulse; in the probe's SI unit.
+        x = Re sum A exp(i order angle), angle 0 at the tacho's pulse; in the probe's SI unit. Real and at least 0 for
+        lines without phase. In conditions that are not tied, the phase is that relative to the reference probe.
     deviations : ndarray (conditions, probes, orders)
         Standard deviation of the real part and of the imaginary part; infinite where a line cannot be seen.
+    kinds : tuple of LineKind
+        One for each order; all with phase when not given.
+    reference : tuple of int
+        For each order, the number of the probe whose phase counts as 0 in conditions that are not tied.
     """
 
     conditions: tuple[Condition, ...]
@@ -50,20 +76,43 @@ class OrderLines:
     orders: tuple[float, ...]
     amplitudes: np.ndarray
     deviations: np.ndarray
+    kinds: tuple[LineKind, ...] = ()
+    reference: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        shape = (len(self.conditions), len(self.probes), len(self.orders))
+        count = len(self.orders)
+        if not self.kinds:
+            object.__setattr__(self, "kinds", (LineKind(),) * count)
+        if not self.reference:
+            object.__setattr__(self, "reference", (0,) * count)
+        shape = (len(self.conditions), len(self.probes), count)
         for name in ("amplitudes", "deviations"):
             if getattr(self, name).shape != shape:
                 raise InvalidValueError(
                     f"OrderLines: {name} of shape {getattr(self, name).shape}; allowed: {shape}, for these conditions, "
                     "probes and orders."
                 )
+        if not len(self.kinds) == len(self.reference) == count:
+            raise InvalidValueError(
+                f"OrderLines: {len(self.kinds)} kinds and {len(self.reference)} references for {count} orders; allowed:"
+                " one of each for every order."
+            )
+
+    @property
+    def phase_orders(self) -> np.ndarray:
+        """By how much each line's phase turns with the shaft's angle: its order, 0 for lines without phase."""
+        return phase_orders(self.orders, self.kinds)
 
     @property
     def seen(self) -> np.ndarray:
         """Where a line can be seen, shape (conditions, probes, orders)."""
         return np.isfinite(self.deviations)
+
+    @property
+    def parts(self) -> np.ndarray:
+        """Where the real part and where the imaginary part says something, shape (2, conditions, probes, orders)."""
+        seen = self.seen
+        return np.stack([seen, seen & has_phase(self.conditions, len(self.probes), self.kinds, self.reference)])
 
     def select(self, conditions: Sequence[int]) -> OrderLines:
         """Return these conditions only, in this order."""
@@ -76,6 +125,40 @@ class OrderLines:
         )
 
 
+def phase_orders(orders: Sequence[float], kinds: Sequence[LineKind]) -> np.ndarray:
+    """Return each line's order, 0 for lines without phase, shape (orders,)."""
+    return np.array([order if kind.phase else 0.0 for order, kind in zip(orders, kinds, strict=True)])
+
+
+def has_phase(
+    conditions: Sequence[Condition], probes: int, kinds: Sequence[LineKind], reference: Sequence[int]
+) -> np.ndarray:
+    """Return where a line's phase says something, shape (conditions, probes, orders)."""
+    tied = np.array([one.tied for one in conditions])[:, None, None]
+    first = np.array(reference)[None, None, :] == np.arange(probes)[None, :, None]
+    return np.array([kind.phase for kind in kinds])[None, None, :] & (tied | ~first)
+
+
+def turned_to_reference(
+    amplitudes: np.ndarray, conditions: Sequence[Condition], reference: Sequence[int]
+) -> np.ndarray:
+    """Return amplitudes (conditions, probes, orders) with the reference probe's phase at 0 where nothing ties it."""
+    result = amplitudes.copy()
+    columns = np.arange(amplitudes.shape[2])
+    for number, condition in enumerate(conditions):
+        if not condition.tied:
+            first = amplitudes[number, np.array(reference), columns]
+            size = np.abs(first)
+            result[number] *= np.where(size > 0, first.conj() / np.maximum(size, 1e-300), 1.0)
+    return result
+
+
+def strongest_probes(amplitudes: np.ndarray, deviations: np.ndarray) -> tuple[int, ...]:
+    """Return for each order the probe that shows it most clearly over all conditions."""
+    clear = np.where(np.isfinite(deviations), np.abs(amplitudes) / np.maximum(deviations, 1e-300), 0.0)
+    return tuple(int(i) for i in np.argmax((clear**2).sum(axis=0), axis=0))
+
+
 def joined(first: OrderLines, second: OrderLines) -> OrderLines:
     """Return the conditions of both, which have the same probes and orders."""
     return replace(
@@ -86,31 +169,22 @@ def joined(first: OrderLines, second: OrderLines) -> OrderLines:
     )
 
 
-def stacked(values: np.ndarray, seen: np.ndarray) -> np.ndarray:
-    """Return the seen lines as reals: all real parts, then all imaginary parts; other axes may come first."""
-    chosen = values[..., seen]
-    return np.concatenate([np.real(chosen), np.imag(chosen)], axis=-1)
-
-
-def locked_orders(machine: Machine, *, highest: float) -> tuple[float, ...]:
-    """Return the orders to look at: the usual ones and every phase-locked line that an effect states, up to a limit.
+def stacked(values: np.ndarray, parts: np.ndarray) -> np.ndarray:
+    """Return lines as reals: the real parts, then the imaginary parts, of those that say something.
 
     Parameters
     ----------
-    machine : Machine
-    highest : float
-        Highest order of interest.
+    values : ndarray (..., conditions, probes, orders), complex
+    parts : ndarray (2, conditions, probes, orders), bool
+        `OrderLines.parts`.
     """
-    found = set(USUAL_ORDERS)
-    for effect in effect_catalogue().values():
-        try:
-            effect().contribute(machine.bare_assembly())
-            lines = effect().signature(machine)
-        except RotorwiseError:
-            continue
-        found |= {line.order for line in lines if line.frequency_hz == 0 and _is_locked(line.order)}
-    return tuple(sorted(round(order, 6) for order in found if 0 < order <= highest + 1e-9))
+    return np.concatenate([np.real(values[..., parts[0]]), np.imag(values[..., parts[1]])], axis=-1)
 
 
-def _is_locked(order: float) -> bool:
-    return abs(order / LOCKED_FRACTION - round(order / LOCKED_FRACTION)) < 1e-6
+def unstacked(values: np.ndarray, parts: np.ndarray) -> np.ndarray:
+    """Return stacked reals (reals,) as complex lines, 0 where nothing is seen."""
+    result = np.zeros(parts.shape[1:], dtype=complex)
+    count = int(parts[0].sum())
+    result[parts[0]] = values[:count]
+    result[parts[1]] += 1j * values[count:]
+    return result

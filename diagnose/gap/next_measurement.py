@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .lines import Condition
-from .predict import Predictor, UnpredictableError
+from .predict import UnpredictableError
 from .refine import Fit
 
 if TYPE_CHECKING:
@@ -47,14 +47,7 @@ def most_separating_speed(best: Fit, rivals: Sequence[Fit], prepared: Prepared) 
     speeds = [c.speed_rpm for c in measured.conditions]
     tried = np.linspace(SLOWER * min(speeds), FASTER * max(speeds), SPEEDS)
     load = measured.conditions[0].load
-    rate, samples = max(prepared.predictor.rates_hz), max(prepared.predictor.samples)
-    predictor = Predictor(
-        tuple(Condition(float(speed), load) for speed in tried),
-        measured.probes,
-        measured.orders,
-        (rate,) * SPEEDS,
-        (samples,) * SPEEDS,
-    )
+    predictor = prepared.predictor.at([Condition(float(speed), load) for speed in tried])
     noise = np.median(np.where(measured.seen, measured.deviations, np.nan), axis=0)
     noise = np.where(np.isfinite(noise), noise, np.nanmax(noise))
     machine = prepared.baseline.machine

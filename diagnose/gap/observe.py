@@ -1,5 +1,8 @@
 """From a recording to complex order amplitudes with their noise: a Hann window over the shaft's angle.
 
+Without a tacho the shaft's angle is that of a constant speed, refined until the phases of the record's own orders stand
+still; where it is 0 is then unknown, and phases are those relative to one probe.
+
 The noise of an amplitude comes from its scatter over segments of the record, after the record's own amplitude is taken
 off, so that it holds both the noise floor and what the line itself does (wander of speed or load). The scatter of a
 single line has few degrees of freedom; it is shrunk to the median of its probe.
@@ -18,7 +21,8 @@ from ...simulators.errors import InvalidValueError
 from ..observe import observe as observe_recording
 from ..signal.order_tracking import constant_speed_phase, phase_from_pulses
 from ..signal.speed import speed_from_tacho
-from .lines import Condition, OrderLines, joined
+from .line_sizes import line_sizes
+from .lines import Condition, LineKind, OrderLines, joined, strongest_probes, turned_to_reference
 
 #: Segments for the noise, and the fewest turns in one: lines half an order apart are told apart in four.
 SEGMENTS, LEAST_TURNS = 16, 4.0
@@ -33,14 +37,24 @@ HIGHEST_SHARE = 0.4
 DYNAMIC_RANGE = 3e-4
 
 
+#: Orders, pieces and rounds by which a constant speed is refined.
+STILL_ORDERS, STILL_PIECES, STILL_ROUNDS = np.array([1.0, 2.0, 3.0]), 8, 3
+
+
 class UnusableRecordingError(InvalidValueError):
     """A recording from which no order amplitudes can be taken."""
 
 
 def observe_orders(
-    recordings: Sequence[Recording], *, orders: Sequence[float], channels: Mapping[str, str]
+    recordings: Sequence[Recording],
+    *,
+    orders: Sequence[float],
+    channels: Mapping[str, str],
+    kinds: Sequence[LineKind] = (),
 ) -> OrderLines:
-    """Return the order amplitudes of recordings at steady speed, one condition each.
+    """Return the lines of recordings at steady speed, one condition each.
+
+    Phases of recordings without tacho are as found; `with_reference` makes them comparable.
 
     Parameters
     ----------
@@ -48,13 +62,16 @@ def observe_orders(
     orders : sequence of float
     channels : mapping of str to str
         Name of the machine's probe by name of the recording's channel; other channels are not looked at.
+    kinds : sequence of LineKind, optional
+        Of the orders; all with phase when not given.
 
     Raises
     ------
     UnusableRecordingError
         For a recording without speed, without one of the channels, or with too few turns.
     """
-    found = [_observe_one(recording, tuple(orders), dict(channels)) for recording in recordings]
+    wanted = tuple(kinds) or (LineKind(),) * len(orders)
+    found = [_observe_one(recording, tuple(orders), wanted, dict(channels)) for recording in recordings]
     if not found:
         raise UnusableRecordingError("No recording; allowed: one or more. Give recordings of the machine.")
     result = found[0]
@@ -63,7 +80,21 @@ def observe_orders(
     return result
 
 
-def _observe_one(recording: Recording, orders: tuple[float, ...], channels: dict[str, str]) -> OrderLines:
+def with_reference(*lines: OrderLines) -> tuple[OrderLines, ...]:
+    """Return lines with the same reference probe for each order: the one that shows it most clearly in all of them."""
+    whole = lines[0]
+    for further in lines[1:]:
+        whole = joined(whole, further)
+    reference = strongest_probes(whole.amplitudes, whole.deviations)
+    return tuple(
+        replace(one, amplitudes=turned_to_reference(one.amplitudes, one.conditions, reference), reference=reference)
+        for one in lines
+    )
+
+
+def _observe_one(
+    recording: Recording, orders: tuple[float, ...], kinds: tuple[LineKind, ...], channels: dict[str, str]
+) -> OrderLines:
     names = [channel.name for channel in recording.channels]
     missing = [name for name in channels if name not in names]
     if missing:
@@ -71,20 +102,57 @@ def _observe_one(recording: Recording, orders: tuple[float, ...], channels: dict
             f"{_origin(recording)} has no channel {missing[0]!r}; it has {', '.join(names)}. Name its channels as in "
             "the other recordings."
         )
-    if not has_tacho(recording):
-        raise UnusableRecordingError(
-            f"{_origin(recording)} has no tacho channel with one pulse a turn, so that the phases of its lines say "
-            "nothing; allowed: recordings with such a tacho. Name it with --tacho, or record again with one."
-        )
     turns = shaft_turns(recording)
-    signals = recording.signals[[names.index(name) for name in channels]]
-    amplitudes, deviations = order_amplitudes_with_noise(signals, turns=turns, orders=np.array(orders))
-    length = turns[-1] - turns[0]
-    speed_hz = float(length / (recording.samples - 1) * recording.rate_hz)
-    unseen = np.array(orders) * speed_hz > HIGHEST_SHARE * recording.rate_hz
-    deviations[:, unseen] = np.inf
-    condition = Condition(60 * speed_hz, recording.condition.load)
-    return OrderLines((condition,), tuple(channels.values()), orders, amplitudes[None], deviations[None])
+    rows = [names.index(name) for name in channels]
+    signals = recording.signals[rows]
+    tied = has_tacho(recording)
+    if not tied:
+        turns = with_still_phases(signals, turns)
+    with_phase = np.array([kind.phase for kind in kinds])
+    locked = np.array(orders)[with_phase]
+    found = order_amplitudes_with_noise(signals, turns=turns, orders=locked)
+    speed_hz = float((turns[-1] - turns[0]) / (recording.samples - 1) * recording.rate_hz)
+    found[1][:, locked * speed_hz > HIGHEST_SHARE * recording.rate_hz] = np.inf
+    sizes = line_sizes(
+        signals,
+        rate_hz=recording.rate_hz,
+        turns=turns,
+        locked=(locked, found[0]),
+        orders=np.array(orders)[~with_phase].tolist(),
+        kinds=[kind for kind in kinds if not kind.phase],
+        accelerations=[recording.channels[row].quantity == "acceleration" for row in rows],
+    )
+    amplitudes = np.zeros((len(rows), len(orders)), dtype=complex)
+    deviations = np.zeros((len(rows), len(orders)))
+    for values, own, other in ((amplitudes, found[0], sizes[0]), (deviations, found[1], sizes[1])):
+        values[:, with_phase], values[:, ~with_phase] = own, other
+    condition = Condition(60 * speed_hz, recording.condition.load, tied)
+    return OrderLines((condition,), tuple(channels.values()), orders, amplitudes[None], deviations[None], kinds)
+
+
+def with_still_phases(signals: np.ndarray, turns: np.ndarray) -> np.ndarray:
+    """Return the shaft's turns scaled so that the phases of the record's low orders stand still from end to end.
+
+    Parameters
+    ----------
+    signals : ndarray (channels, samples)
+    turns : ndarray (samples,)
+        At a constant speed that is nearly right: its error over the record must stay well below a quarter of a turn
+        over the number of pieces, `STILL_PIECES`.
+    """
+    centred = signals - signals.mean(axis=1, keepdims=True)
+    parts = np.array_split(np.arange(turns.size), STILL_PIECES)
+    for _ in range(STILL_ROUNDS):
+        carriers = np.exp(-2j * np.pi * np.outer(STILL_ORDERS, turns))
+        pieces = np.stack([_weighted_mean(centred[:, part], turns[part], carriers[:, part]) for part in parts])
+        steps = pieces[1:] * pieces[:-1].conj()
+        scale = np.median(np.abs(centred), axis=1)[:, None] ** 2 + 1e-300
+        # Every order turns by its number times the shaft's error: the fundamental's own phase, weighted by clearness.
+        turn = np.angle(steps.sum(axis=0) / scale)
+        weight = np.abs(steps.sum(axis=0) / scale) * STILL_ORDERS**2
+        error = float((weight * turn / STILL_ORDERS).sum() / (weight.sum() + 1e-300)) / (2 * np.pi)
+        turns = turns * (1 + error * STILL_PIECES / (turns[-1] - turns[0]))
+    return turns
 
 
 def shaft_turns(recording: Recording) -> np.ndarray:
@@ -174,8 +242,9 @@ def with_floor(lines: OrderLines, relative: float) -> OrderLines:
     errors of the tacho and of the sensor's linearity.
     """
     size = np.abs(lines.amplitudes)
-    largest = size.max(axis=2, keepdims=True)
-    floor = np.hypot(relative * size, DYNAMIC_RANGE * largest)
+    envelope = np.array([kind.envelope for kind in lines.kinds])
+    largest = np.where(np.isfinite(lines.deviations) & ~envelope, size, 0.0).max(axis=2, keepdims=True)
+    floor = np.hypot(relative * size, DYNAMIC_RANGE * largest * ~envelope)
     return replace(lines, deviations=np.hypot(lines.deviations, floor))
 
 

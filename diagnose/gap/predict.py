@@ -1,38 +1,52 @@
-"""What a machine would show: its order amplitudes in the conditions that were measured.
+"""What a machine would show: its lines in the conditions that were measured.
 
-The periodic motion is balanced in the frequency domain. Effects on the measuring chain act on that motion as a record,
-which is then observed as the measurement is.
+A periodic motion is balanced in the frequency domain. Effects on the measuring chain act on that motion as a record,
+which is then observed as the measurement is. Motions that do not repeat with the shaft are simulated in time; where the
+machine without the effects that spoil the repetition has a periodic motion, only what those effects change is taken
+from the simulation.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ...simulators.assembly import Probe
+from ...simulators.effect import Effect
 from ...simulators.errors import InvalidValueError
 from ...simulators.machine import Machine
 from ...simulators.sensor_record import SensorRecord
 from ...simulators.sensor_run import run_chain, sensor_effects
-from ...simulators.solvers.harmonic_balance import NoPeriodicMotionError, PeriodicMotion, harmonic_balance
-from .lines import Condition
-from .observe import weighted_amplitudes
+from ...simulators.solvers.harmonic_balance import (
+    NoPeriodicMotionError,
+    PeriodicMotion,
+    harmonic_balance_at_speeds,
+)
+from ...simulators.solvers.simulate import Simulation
+from .lines import Condition, LineKind, phase_orders, turned_to_reference
+from .stepped import Run, lines_of_record, motions
 
 #: Harmonics above the highest order looked at: parametric effects couple neighbours.
 FURTHER_HARMONICS = 2
-#: Longest record on which effects of the measuring chain act.
-MOST_SAMPLES = 40_000
+#: Turns, and fewest samples, of a periodic motion on which effects of the measuring chain act.
+CHAIN_TURNS, CHAIN_SAMPLES = 16.0, 1000
 KEPT_MOTIONS = 8
 
 
 class UnpredictableError(InvalidValueError):
-    """A machine whose order amplitudes cannot be computed by harmonic balance."""
+    """A machine whose lines cannot be computed."""
+
+
+class _NotPeriodicError(InvalidValueError):
+    """A motion that does not repeat with the shaft, or was not found."""
 
 
 @dataclass
 class Predictor:
-    """Order amplitudes of a machine and its variants; what was computed once is kept.
+    """Lines of a machine and its variants; what was computed once is kept.
 
     Attributes
     ----------
@@ -44,6 +58,10 @@ class Predictor:
         Sampling rate of the recording in each condition.
     samples : tuple of int
         Its length.
+    kinds : tuple of LineKind
+        Of the orders.
+    reference : tuple of int
+        For each order, the probe whose phase counts as 0 in conditions that are not tied.
     """
 
     conditions: tuple[Condition, ...]
@@ -51,36 +69,111 @@ class Predictor:
     orders: tuple[float, ...]
     rates_hz: tuple[float, ...]
     samples: tuple[int, ...]
+    kinds: tuple[LineKind, ...]
+    reference: tuple[int, ...]
     evaluations: int = 0
     _known: dict[str, np.ndarray] = field(default_factory=dict)
+    _failed: dict[str, str] = field(default_factory=dict)
     _motions: dict[str, list[PeriodicMotion]] = field(default_factory=dict)
+    _stepped: dict[str, list[Simulation | None]] = field(default_factory=dict)
+    _spoiling: dict[str, bool] = field(default_factory=dict)
+
+    @property
+    def phase_orders(self) -> np.ndarray:
+        """By how much each line's phase turns with the shaft's angle: its order, 0 for lines without phase."""
+        return phase_orders(self.orders, self.kinds)
 
     def amplitudes(self, machine: Machine) -> np.ndarray:
-        """Return the amplitudes, shape (conditions, probes, orders), complex.
+        """Return the lines, shape (conditions, probes, orders), complex.
 
         Raises
         ------
         UnpredictableError
-            When the motion is not periodic, or was not found.
+            When neither a periodic motion nor a simulation in time gives them.
         """
         key = machine.to_toml()
         if key not in self._known:
-            motions = self._moving(replace(machine, effects=tuple(e for e in machine.effects if e.STAGE != "sensor")))
-            self._known[key] = np.stack([self._seen(machine, motion, i) for i, motion in enumerate(motions)])
-            self.evaluations += 1
+            self.prepare([machine])
+        if key in self._failed:
+            raise UnpredictableError(self._failed[key])
         return self._known[key]
+
+    def prepare(self, machines: Sequence[Machine]) -> None:
+        """Compute the lines of several machines, side by side where they are simulated in time."""
+        in_time: list[tuple[str, Machine, Machine | None]] = []
+        for machine in machines:
+            key = machine.to_toml()
+            if key in self._known or key in self._failed:
+                continue
+            self.evaluations += 1
+            try:
+                self._keep(key, self._balanced(machine))
+            except _NotPeriodicError:
+                in_time.append((key, machine, self._repeating(machine)))
+        for smooth in (True, False):
+            self._simulate([one for one in in_time if (one[2] is not None) == smooth], smooth=smooth)
+
+    def _keep(self, key: str, lines: np.ndarray) -> None:
+        self._known[key] = turned_to_reference(lines, self.conditions, self.reference)
 
     def select(self, chosen: Sequence[int]) -> Predictor:
         """Return the predictor of some of the conditions; it knows what this one knows."""
-        part = Predictor(
-            tuple(self.conditions[i] for i in chosen),
+        rows = list(chosen)
+        return replace(
+            self,
+            conditions=tuple(self.conditions[i] for i in rows),
+            rates_hz=tuple(self.rates_hz[i] for i in rows),
+            samples=tuple(self.samples[i] for i in rows),
+            _known={key: lines[rows] for key, lines in self._known.items()},
+            _failed=dict(self._failed),
+            _motions={},
+            _stepped={key: [own[i] for i in rows] for key, own in self._stepped.items()},
+            _spoiling=self._spoiling,
+        )
+
+    def at(self, conditions: Sequence[Condition]) -> Predictor:
+        """Return a predictor for other conditions, recorded as the longest and finest of these."""
+        count = len(conditions)
+        rate, samples = max(self.rates_hz), max(self.samples)
+        return Predictor(
+            tuple(conditions),
             self.probes,
             self.orders,
-            tuple(self.rates_hz[i] for i in chosen),
-            tuple(self.samples[i] for i in chosen),
+            (rate,) * count,
+            (samples,) * count,
+            self.kinds,
+            self.reference,
+            _spoiling=self._spoiling,
         )
-        part._known.update({key: lines[list(chosen)] for key, lines in self._known.items()})
-        return part
+
+    def repeats(self, machine: Machine) -> bool:
+        """Return whether the machine's motion repeats with the shaft."""
+        try:
+            self._moving(machine)
+        except _NotPeriodicError:
+            return False
+        return True
+
+    def _repeating(self, machine: Machine) -> Machine | None:
+        """Return the machine without the effects that spoil its repetition; None when it does not repeat at all."""
+        if self._spoils(machine, None):
+            return None
+        kept = tuple(e for e in machine.effects if e.STAGE == "sensor" or not self._spoils(machine, e))
+        rest = replace(machine, effects=kept)
+        if len(kept) < len(machine.effects) and self.repeats(rest):
+            return rest
+        return replace(machine, effects=tuple(e for e in machine.effects if e.STAGE == "sensor"))
+
+    def _spoils(self, machine: Machine, effect: Effect | None) -> bool:
+        key = "" if effect is None else f"{effect.NAME} at {effect.at}"
+        if key not in self._spoiling:
+            one = replace(machine, effects=() if effect is None else (effect,))
+            self._spoiling[key] = not self.repeats(one)
+        return self._spoiling[key]
+
+    def _balanced(self, machine: Machine) -> np.ndarray:
+        balanced = self._moving(_moving_part(machine))
+        return np.stack([self._seen(machine, motion, i) for i, motion in enumerate(balanced)])
 
     def _moving(self, machine: Machine) -> list[PeriodicMotion]:
         """Return the motion in each condition; that of the last few machines is kept for their sensors' sake."""
@@ -88,52 +181,115 @@ class Predictor:
         if key not in self._motions:
             while len(self._motions) > KEPT_MOTIONS:
                 self._motions.pop(next(iter(self._motions)))
-            highest = max((round(order) for order in self.orders if _is_whole(order)), default=1) + FURTHER_HARMONICS
+            whole = [round(order) for order in self.phase_orders if _is_whole(order)]
+            highest = max(whole, default=1) + FURTHER_HARMONICS
             try:
-                self._motions[key] = [
-                    harmonic_balance(at_condition(machine, c), speed_rpm=c.speed_rpm, harmonics=highest)
-                    for c in self.conditions
-                ]
+                self._motions[key] = self._motions_at_loads(machine, highest)
             except (NoPeriodicMotionError, InvalidValueError) as problem:
-                raise UnpredictableError(
-                    f"The motion of {machine.name} does not repeat with its shaft, or was not found; allowed: machines "
-                    f"and effects with a periodic motion. ({problem})"
-                ) from None
+                raise _NotPeriodicError(str(problem)) from None
         return self._motions[key]
 
+    def _motions_at_loads(self, machine: Machine, highest: int) -> list[PeriodicMotion]:
+        """Return the motion in each condition; all speeds of a load come at once."""
+        loads: dict[float | None, list[int]] = {}
+        for number, condition in enumerate(self.conditions):
+            loads.setdefault(condition.load, []).append(number)
+        found: dict[int, PeriodicMotion] = {}
+        for numbers in loads.values():
+            loaded = at_condition(machine, self.conditions[numbers[0]])
+            speeds = [self.conditions[number].speed_rpm for number in numbers]
+            found |= zip(numbers, harmonic_balance_at_speeds(loaded, speeds, harmonics=highest), strict=True)
+        return [found[number] for number in range(len(self.conditions))]
+
     def _seen(self, machine: Machine, motion: PeriodicMotion, index: int) -> np.ndarray:
+        if sensor_effects(machine):
+            speed, rate_hz = motion.speed_rad_s, self.rates_hz[index]
+            enough = max(math.ceil(CHAIN_TURNS * 2 * math.pi / speed * rate_hz), CHAIN_SAMPLES)
+            phase = speed * np.arange(min(self.samples[index], enough)) / rate_hz
+            return self._recorded(machine, motion.probes, motion.waveform(phase), phase, index)
         rows = [probe.name for probe in motion.probes]
         chosen = [rows.index(name) for name in self.probes]
-        if sensor_effects(machine):
-            return self._behind_chain(machine, motion, self.rates_hz[index], self.samples[index])[chosen]
         result = np.zeros((len(self.probes), len(self.orders)), dtype=complex)
-        for column, order in enumerate(self.orders):
-            if _is_whole(order):
+        for column, (order, kind) in enumerate(zip(self.orders, self.kinds, strict=True)):
+            if kind.phase and _is_whole(order):
                 result[:, column] = motion.amplitudes[chosen, round(order)]
         return result
 
-    def _behind_chain(self, machine: Machine, motion: PeriodicMotion, rate_hz: float, samples: int) -> np.ndarray:
-        """Return what the machine's chain leaves of the motion, shape (all probes, orders)."""
-        speed = motion.speed_rad_s
-        samples = min(samples, MOST_SAMPLES)
-        phase = speed * np.arange(samples) / rate_hz
-        signals = motion.waveform(phase)
+    def _recorded(
+        self, machine: Machine, probes: Sequence[Probe], signals: np.ndarray, phase_rad: np.ndarray, index: int
+    ) -> np.ndarray:
+        """Return the lines of what the machine's chain leaves of a motion (all probes, samples)."""
+        wanted = [i for i, probe in enumerate(probes) if probe.name in self.probes]
+        channels, signals = tuple(probes[i] for i in wanted), signals[wanted]
         middle = signals.mean(axis=1)
         record = SensorRecord(
             signals=signals,
-            rate_hz=rate_hz,
-            output_rate_hz=rate_hz,
-            phase_rad=phase,
-            speed_rad_s=np.full(samples, speed),
-            channels=motion.probes,
-            shaft_ratios=(1.0,) * len(motion.probes),
+            rate_hz=self.rates_hz[index],
+            output_rate_hz=self.rates_hz[index],
+            phase_rad=phase_rad,
+            speed_rad_s=np.full(phase_rad.size, 2 * math.pi * self.conditions[index].speed_rpm / 60),
+            channels=channels,
+            shaft_ratios=(1.0,) * len(channels),
             full_scale=np.abs(signals - middle[:, None]).max(axis=1),
             middle=middle,
-            leak=np.zeros(len(motion.probes)),
+            leak=np.zeros(len(channels)),
         )
-        finished = run_chain(record, sensor_effects(machine), samples=samples, seed=0)
-        turns = finished.phase_rad / (2 * np.pi)
-        return weighted_amplitudes(finished.signals, turns=turns, orders=np.array(self.orders))
+        record = run_chain(record, sensor_effects(machine), samples=phase_rad.size, seed=0)
+        return lines_of_record(record, probes=self.probes, orders=self.orders, kinds=self.kinds)
+
+    def _simulate(self, wanted: Sequence[tuple[str, Machine, Machine | None]], *, smooth: bool) -> None:
+        """Simulate machines in every condition, as many side by side as can go, and keep their lines.
+
+        With each machine comes the one without what spoils its repetition, or None.
+        """
+        machines = {_moving_part(one).to_toml(): _moving_part(one) for _, one, _ in wanted}
+        bases = {base.to_toml(): _moving_part(base) for _, _, base in wanted if base is not None}
+        machines |= {_moving_part(base).to_toml(): _moving_part(base) for base in bases.values()}
+        new = {key: one for key, one in machines.items() if key not in self._stepped}
+        runs = [
+            Run(at_condition(machine, c), c.speed_rpm, rate, samples, smooth)
+            for machine in new.values()
+            for c, rate, samples in zip(self.conditions, self.rates_hz, self.samples, strict=True)
+        ]
+        found, count = motions(runs) if runs else [], len(self.conditions)
+        now = {key: found[i * count : (i + 1) * count] for i, key in enumerate(new)}
+        for key in {_moving_part(base).to_toml() for base in bases.values()} & now.keys():
+            self._stepped[key] = now[key]
+        for key, machine, base in wanted:
+            own = now.get(_moving_part(machine).to_toml()) or self._stepped[_moving_part(machine).to_toml()]
+            without = self._stepped[_moving_part(base).to_toml()] if base is not None else None
+            lines = self._lines_in_time(machine, base, own, without)
+            if lines is None:
+                self._failed[key] = (
+                    f"The motion of {machine.name} grows without bound or becomes not a number; allowed: machines and "
+                    "effects that can be simulated. Reduce the effect."
+                )
+            else:
+                self._keep(key, lines)
+
+    def _lines_in_time(
+        self,
+        machine: Machine,
+        base: Machine | None,
+        runs: Sequence[Simulation | None],
+        without: Sequence[Simulation | None] | None,
+    ) -> np.ndarray | None:
+        found = []
+        balanced = self._moving(_moving_part(base)) if base is not None else None
+        for index, run in enumerate(runs):
+            less = without[index] if without is not None else None
+            if run is None or (without is not None and less is None):
+                return None
+            signals = run.signals
+            if less is not None and balanced is not None:
+                signals = signals - less.signals + balanced[index].waveform(run.phase_rad)
+            found.append(self._recorded(machine, run.probes, signals, run.phase_rad, index))
+        return np.stack(found)
+
+
+def _moving_part(machine: Machine) -> Machine:
+    """Return the machine without effects on the measuring chain."""
+    return replace(machine, effects=tuple(e for e in machine.effects if e.STAGE != "sensor"))
 
 
 def _is_whole(order: float) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,11 +15,15 @@ from .evidence import Comparison, Problem, Widened, law_columns, log_density
 from .hypotheses import Candidate
 from .predict import Predictor, UnpredictableError
 
-STEP = 2e-3
+#: Steps of the slopes in standard coordinates: of periodic motions, and of motions simulated in time.
+STEP, STEP_IN_TIME = 2e-3, 0.05
 FIRST_STEPS, MOST_STEPS = 3, 12
 #: Least precision of an angle: of a flat prior on a full circle.
 CIRCLE_PRECISION = 12 / (2 * math.pi) ** 2
 LONGEST_MOVE = 1.0
+#: A coordinate whose whole prior moves the lines by less than this, in standard deviations, is left alone where each
+#: slope is a simulation.
+DEAD = 0.3
 #: Change of the machine's own coordinates that is not worth another round.
 SMALL_CHANGE = 0.03
 
@@ -124,7 +128,7 @@ def climbed(
 
     Levenberg-Marquardt on the whitened residual and the prior; the law's tolerance is that of the current response.
     """
-    response, precision = _response(chosen, machine, predictor), _precision(chosen)
+    response, precision = Responses(chosen, machine, predictor), _precision(chosen)
     tried = []
     for start in starts:
         try:
@@ -138,19 +142,53 @@ def refined(
     chosen: Sequence[Candidate], start: np.ndarray, compared: Comparison, machine: Machine, predictor: Predictor
 ) -> Fit | None:
     """Return the fit of effects from a start; None where their motion cannot be computed."""
-    response = _response(chosen, machine, predictor)
+    response = Responses(chosen, machine, predictor)
     try:
         best = _climb(response, start, _precision(chosen), compared, MOST_STEPS)
-        return _fit(chosen, best.position, best.added, _slopes(response, best.position, best.added), compared)
+        slopes = best.slopes
+        if slopes is None:
+            slopes = response.slopes(best.position, best.added, best.alive)
+        return _fit(chosen, best.position, best.added, slopes, compared)
     except UnpredictableError:
         return None
 
 
-def _response(
-    chosen: Sequence[Candidate], machine: Machine, predictor: Predictor
-) -> Callable[[np.ndarray], np.ndarray]:
-    base = predictor.amplitudes(machine)
-    return lambda position: predictor.amplitudes(with_candidates(machine, chosen, position)) - base
+class Responses:
+    """What effects add to a machine's lines, by the position of their coordinates."""
+
+    def __init__(self, chosen: Sequence[Candidate], machine: Machine, predictor: Predictor) -> None:
+        self._chosen, self._machine, self._predictor = tuple(chosen), machine, predictor
+        self._base = predictor.amplitudes(machine)
+        self.orders = predictor.phase_orders
+
+    def __call__(self, position: np.ndarray) -> np.ndarray:
+        """Return the response, shape (conditions, probes, orders)."""
+        return self._predictor.amplitudes(self.machine(position)) - self._base
+
+    def machine(self, position: np.ndarray) -> Machine:
+        """Return the machine with the effects."""
+        return with_candidates(self._machine, self._chosen, position)
+
+    def prepare(self, positions: Sequence[np.ndarray]) -> None:
+        """Compute several responses, side by side where they are simulated in time."""
+        self._predictor.prepare([self.machine(position) for position in positions])
+
+    def repeats(self, position: np.ndarray) -> bool:
+        """Return whether the motion with the effects repeats with the shaft."""
+        return self._predictor.repeats(self.machine(position))
+
+    def slopes(self, position: np.ndarray, added: np.ndarray, alive: np.ndarray) -> np.ndarray:
+        """Return the derivatives in the coordinates at a position where the response is ``added``.
+
+        Only in the coordinates that are ``alive`` (coordinates,); the others are taken as 0.
+        """
+        step = STEP if self.repeats(position) else STEP_IN_TIME
+        moved = {int(i): position + step * np.eye(position.size)[i] for i in np.flatnonzero(alive)}
+        self.prepare(list(moved.values()))
+        found = np.zeros((position.size, *added.shape), dtype=complex)
+        for i, one in moved.items():
+            found[i] = (self(one) - added) / step
+        return found
 
 
 def jointly(fit: Fit, problem: Problem, *, moves: int) -> Fit:
@@ -160,6 +198,9 @@ def jointly(fit: Fit, problem: Problem, *, moves: int) -> Fit:
     slopes).
     """
     baseline = problem.baseline
+    if problem.predictor.repeats(baseline.machine) and not problem.predictor.repeats(fit.machine(baseline.machine)):
+        # What does not repeat adds to lines that the machine's own parameters hardly move.
+        return fit
     everything = replace(baseline, active=np.ones(baseline.position.size, dtype=bool))
     try:
         around = again(everything, fit.machine(baseline.machine), problem.predictor)
@@ -226,26 +267,37 @@ class Climbed:
         The response there.
     objective : float
         Minus the logarithm of likelihood and prior, up to a constant.
+    alive : ndarray (coordinates,), bool
+        Those that move the lines at all.
+    slopes : ndarray (coordinates, conditions, probes, orders), complex, or None
+        There, when they are known.
     """
 
     position: np.ndarray
     added: np.ndarray
     objective: float
+    alive: np.ndarray
+    slopes: np.ndarray | None
 
 
 def _climb(
-    response: Callable[[np.ndarray], np.ndarray],
+    response: Responses,
     position: np.ndarray,
     precision: np.ndarray,
     compared: Comparison,
     most_steps: int,
 ) -> Climbed:
     added, damping = response(position), 1e-3
-    best = math.inf
+    best, slopes = math.inf, None
+    alive = np.ones(position.size, dtype=bool)
     for _ in range(most_steps):
         law = Widened(law_columns(compared, added))
         here = best = _objective(compared, added, position, precision, law)
-        white = compared.whitened(_slopes(response, position, added))
+        slopes = response.slopes(position, added, alive)
+        white = compared.whitened(slopes)
+        if not response.repeats(position):
+            # Each costs a simulation in every condition.
+            alive = (white**2).sum(axis=1) > DEAD**2
         gradient = white @ law.solve(compared.residual - compared.whitened(added)) - precision * position
         curvature = white @ law.solve(white).T + np.diag(precision)
         moved = False
@@ -266,9 +318,10 @@ def _climb(
         if not moved:
             break
         position, added, damping, best = trial, there, damping / 5, value
+        slopes = None
         if here - value < 1e-2:
             break
-    return Climbed(position, added, best)
+    return Climbed(position, added, best, alive, slopes)
 
 
 def _objective(
@@ -276,12 +329,3 @@ def _objective(
 ) -> float:
     residual = compared.residual - compared.whitened(added)
     return 0.5 * float(residual @ law.solve(residual)) + 0.5 * float(precision @ position**2)
-
-
-def _slopes(response: Callable[[np.ndarray], np.ndarray], position: np.ndarray, added: np.ndarray) -> np.ndarray:
-    slopes = np.zeros((position.size, *added.shape), dtype=complex)
-    for i in range(position.size):
-        moved = position.copy()
-        moved[i] += STEP
-        slopes[i] = (response(moved) - added) / STEP
-    return slopes

@@ -8,7 +8,8 @@ times its angle, and needs one angle only.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,13 +19,17 @@ from .coordinates import log_prior
 from .evidence import Comparison, Widened, law_columns, log_density
 from .hypotheses import Candidate
 from .predict import Predictor, UnpredictableError
+from .refine import Responses
 
 FINE_ANGLES = 360
 #: Levels of a strength that is not proportional, of a free angle that does not only turn, of any other parameter.
 STRENGTH_LEVELS, ANGLE_LEVELS, SHAPE_LEVELS = 5, 8, 3
 MOST_SHAPES = 8
-#: More responses than this are not computed for one candidate: a fixed sample of the grid.
-MOST_ATOMS = 40
+#: More responses than this are not computed for one candidate, a fixed sample of the grid; fewer where each is a
+#: simulation in time.
+MOST_ATOMS, MOST_IN_TIME = 40, 4
+#: An effect whose lines stay below this share of their deviation, at its median and far above it, is not looked at.
+INVISIBLE, STRONG = 0.3, 2.0
 #: Relative error up to which a response counts as proportional to its strength, or as turned by its angle.
 CLOSE = 0.05
 #: Factor over which a response that is not proportional is followed from where it was computed.
@@ -35,8 +40,6 @@ FAR = 1e3
 FINALISTS = 3
 #: Coordinate below which a strength counts as absent, and coordinate of one that is present but small.
 ABSENT, SMALL = 6.0, 2.0
-
-Response = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,21 +82,44 @@ class Start:
     score: float
 
 
-def atoms_of(candidate: Candidate, machine: Machine, predictor: Predictor) -> tuple[Atom, ...]:
-    """Return the responses of one candidate on a coarse grid; none where its motion cannot be computed."""
-    base = predictor.amplitudes(machine)
+def atoms_of(
+    candidate: Candidate, machine: Machine, predictor: Predictor, *, deviations: np.ndarray | None = None
+) -> tuple[Atom, ...]:
+    """Return the responses of one candidate on a coarse grid; none where its motion cannot be computed.
 
-    def response(position: np.ndarray) -> np.ndarray:
-        return predictor.amplitudes(machine.with_effects(candidate.at(position))) - base
-
+    Parameters
+    ----------
+    candidate : Candidate
+    machine : Machine
+    predictor : Predictor
+    deviations : ndarray (conditions, probes, orders), optional
+        Of the lines' noise; a candidate that stays far below it at any likely strength has no responses.
+    """
+    response = Responses([candidate], machine, predictor)
     found: list[Atom] = []
     sets = _strength_sets(candidate)
     for moving in sets:
         try:
-            found += _atoms(candidate, response, moving, np.array(predictor.orders), most=MOST_ATOMS // len(sets))
+            found += _atoms(candidate, response, moving, deviations, most=MOST_ATOMS // len(sets))
         except UnpredictableError:
             continue
     return tuple(found)
+
+
+def reach(candidate: Candidate, machine: Machine, predictor: Predictor, deviations: np.ndarray) -> float:
+    """Return how far a candidate with one strength moves any line at its median, in standard deviations of noise.
+
+    0 when it stays invisible even far above its median; infinite when it cannot be computed.
+    """
+    response = Responses([candidate], machine, predictor)
+    centre = np.zeros(len(candidate.coordinates))
+    try:
+        first = response(centre)
+        if not np.abs(first).max() > 0 or _is_invisible(response, centre, first, candidate.strengths, deviations):
+            return 0.0
+        return float((np.abs(first) / deviations).max())
+    except UnpredictableError:
+        return math.inf
 
 
 def _strength_sets(candidate: Candidate) -> list[tuple[int, ...]]:
@@ -102,16 +128,23 @@ def _strength_sets(candidate: Candidate) -> list[tuple[int, ...]]:
 
 
 def _atoms(
-    candidate: Candidate, response: Response, moving: tuple[int, ...], orders: np.ndarray, *, most: int
+    candidate: Candidate,
+    response: Responses,
+    moving: tuple[int, ...],
+    deviations: np.ndarray | None,
+    *,
+    most: int,
 ) -> list[Atom]:
-    coordinates = candidate.coordinates
+    coordinates, orders = candidate.coordinates, response.orders
     centre = np.zeros(len(coordinates))
     for i in candidate.strengths:
         if i not in moving:
             centre[i] = coordinates[i].coordinate(coordinates[i].parameter.zero or 0.0)
     first = response(centre)
-    if not np.abs(first).max() > 0:
+    if not np.abs(first).max() > 0 or _is_invisible(response, centre, first, moving, deviations):
         return []
+    if not response.repeats(centre):
+        most = min(most, MOST_IN_TIME)
     angles = [i for i, c in enumerate(coordinates) if c.is_angle]
     turning = next((i for i in angles if _only_turns(response, centre, first, i, orders)), -1)
     proportional = bool(moving) and _is_proportional(candidate, response, centre, first, moving)
@@ -122,6 +155,7 @@ def _atoms(
         positions = [_with(position, moving, level) for level in list(levels) for position in positions]
     if len(positions) > most:
         positions = [positions[i] for i in np.random.default_rng(1).permutation(len(positions))[:most]]
+    response.prepare(positions)
     found = []
     for position in positions:
         try:
@@ -129,6 +163,15 @@ def _atoms(
         except UnpredictableError:
             continue
     return found
+
+
+def _is_invisible(
+    response: Responses, centre: np.ndarray, first: np.ndarray, moving: tuple[int, ...], deviations: np.ndarray | None
+) -> bool:
+    if deviations is None or (np.abs(first) > INVISIBLE * deviations).any():
+        return False
+    strong = response(_with(centre, moving, [STRONG] * len(moving)))
+    return not (np.abs(strong) > INVISIBLE * deviations).any()
 
 
 def _with(position: np.ndarray, numbers: Sequence[int], values: Sequence[float]) -> np.ndarray:
@@ -150,13 +193,13 @@ def _spread(candidate: Candidate, centre: np.ndarray, others: Sequence[int]) -> 
     return [_with(centre, others, values) for values in whole]
 
 
-def _only_turns(response: Response, centre: np.ndarray, first: np.ndarray, number: int, orders: np.ndarray) -> bool:
+def _only_turns(response: Responses, centre: np.ndarray, first: np.ndarray, number: int, orders: np.ndarray) -> bool:
     found = response(_with(centre, [number], [centre[number] + 1.0]))
     return _differs_by(found, first * np.exp(1j * orders)) < CLOSE
 
 
 def _is_proportional(
-    candidate: Candidate, response: Response, centre: np.ndarray, first: np.ndarray, moving: tuple[int, ...]
+    candidate: Candidate, response: Responses, centre: np.ndarray, first: np.ndarray, moving: tuple[int, ...]
 ) -> bool:
     for factor in (2.0, 0.5):
         scaled = scaled_strengths(candidate, centre, moving, factor)
@@ -201,7 +244,7 @@ def starts(
         Whitened, when something else has been taken off already.
     """
     wanted = compared.residual if residual is None else residual
-    orders = np.array(compared.lines.orders)
+    orders = compared.lines.phase_orders
     rated: list[tuple[float, np.ndarray, np.ndarray]] = []
     for atom in atoms:
         rated += _rated(candidate, atom, compared, orders, wanted)

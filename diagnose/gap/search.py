@@ -23,10 +23,15 @@ REFINED, FINISHED, JOINT = 8, 4, 3
 MOVES, CLOSE = 3, 30.0
 #: An effect with so much less evidence than nothing at all is not followed.
 HOPELESS = 5.0
+#: Where nothing at all explains the data with this chance, effects that are no better in the first look are not
+#: followed: their evidence is that of the first look.
+GOOD = 0.05
+#: Effects so far behind the best in the first look are not followed.
+FAR_BEHIND = 300.0
 #: Parts and variants of one effect that are followed.
 PLACES = 2
-#: Starts of one effect.
-STARTS = 2
+#: Starts of one effect, and of one that is simulated in time.
+STARTS, STARTS_IN_TIME = 2, 1
 #: Best single effects to which partners are tried, and partners of each.
 LEADERS, PARTNERS = 2, 2
 #: A second effect needs this much more evidence than the best single one.
@@ -49,7 +54,7 @@ class Posterior:
         Without any effect.
     none : Fit
     fits : tuple of Fit
-        Hypotheses of one and two effects, most probable first.
+        Hypotheses of one and two effects that were fitted, most probable first.
     unknown : Unknown
     probabilities : mapping of tuple of str to float
         By names of effects: () for nothing, ("unknown",) for something outside the catalogue. Sums to 1.
@@ -103,7 +108,7 @@ def telling_conditions(compared: Comparison, count: int) -> tuple[int, ...]:
     """Return the numbers of the conditions with the largest residual, in order."""
     residual = compared.factor @ compared.residual
     scale = np.sqrt(np.diag(compared.covariance))
-    condition = np.tile(np.nonzero(compared.seen)[0], 2)
+    condition = np.concatenate([np.nonzero(part)[0] for part in compared.lines.parts])
     power = np.bincount(condition, weights=(residual / scale) ** 2, minlength=compared.seen.shape[0])
     return tuple(sorted(int(i) for i in np.argsort(power)[::-1][:count]))
 
@@ -126,12 +131,19 @@ def search(
     """
     compared, machine, predictor = problem.plain(), problem.baseline.machine, problem.predictor
     none = nothing(compared)
-    screened = _few_of_each(screening.best())
+    every = screening.best()
+    plain = nothing(screening.compared).log_evidence
+    first_look = {}
+    if _chance_of_residual(none) > GOOD:
+        first_look = {o[0].candidate: o[0].score - plain for o in every if o[0].score <= plain}
+    screened = [options for options in _few_of_each(every)[:REFINED] if options[0].candidate not in first_look]
+    screened = [options for options in screened if options[0].score > every[0][0].score - FAR_BEHIND]
     begun: list[tuple[Climbed, Candidate]] = []
-    for rank, options in enumerate(screened[:REFINED]):
-        tell(f"effect {rank + 1} of {min(REFINED, len(screened))}: {options[0].candidate}")
+    for rank, options in enumerate(screened):
+        tell(f"effect {rank + 1} of {len(screened)}: {options[0].candidate}")
         one = options[0].candidate
-        places = [option.position for option in options[:STARTS]]
+        repeats = predictor.repeats(machine.with_effects(one.at(options[0].position)))
+        places = [option.position for option in options[: STARTS if repeats else STARTS_IN_TIME]]
         first = climbed([one], places, compared, machine, predictor, steps=FIRST_STEPS)
         begun += [(first, one)] if first else []
     begun.sort(key=lambda item: item[0].objective)
@@ -143,7 +155,9 @@ def search(
     unknown = unexplained(compared, kernels)
     fits = tuple(sorted([*singles, *pairs], key=lambda fit: -fit.log_evidence))
     count = len({candidate.name for candidate in screening.atoms})
-    return _posterior(compared, none, fits, unknown, count)
+    followed = {candidate for fit in fits for candidate in fit.candidates}
+    rest = [(one.name, none.log_evidence + more) for one, more in first_look.items() if one not in followed]
+    return _posterior(compared, none, fits, unknown, count, rest)
 
 
 def _few_of_each(screened: list[list[Start]]) -> list[list[Start]]:
@@ -196,13 +210,23 @@ def _pairs(
     return [fit for fit in joint if fit.log_evidence > best + PAIR_MARGIN]
 
 
-def _posterior(compared: Comparison, none: Fit, fits: tuple[Fit, ...], unknown: Unknown, effects: int) -> Posterior:
+def _posterior(
+    compared: Comparison,
+    none: Fit,
+    fits: tuple[Fit, ...],
+    unknown: Unknown,
+    effects: int,
+    rest: Sequence[tuple[str, float]],
+) -> Posterior:
+    """Return the posterior; ``rest`` are names and evidence of effects that were only looked at."""
     logs: dict[tuple[str, ...], list[float]] = {(): [none.log_evidence + math.log(PRIOR["none"])]}
     pairs = max(effects * (effects - 1) / 2, 1.0)
     for fit in fits:
         single = len(fit.candidates) == 1
         prior = math.log(PRIOR["one"] / effects) if single else math.log(PRIOR["two"] / pairs)
         logs.setdefault(fit.names, []).append(fit.log_evidence + prior)
+    for name, evidence in rest:
+        logs.setdefault((name,), []).append(evidence + math.log(PRIOR["one"] / effects))
     logs["unknown",] = [unknown.log_evidence + math.log(PRIOR["unknown"])]
     # An effect at several places: the places share its prior.
     totals = {names: _log_sum(values) - math.log(len(values)) for names, values in logs.items()}

@@ -15,6 +15,7 @@ import numpy as np
 from ...simulators.machine import Machine
 from .baseline import similarity
 from .evidence import Comparison
+from .lines import unstacked
 from .predict import Predictor, at_condition
 
 #: Sizes tried, as shares of the largest line left in the order.
@@ -61,7 +62,8 @@ def unexplained(compared: Comparison, kernels: np.ndarray | None) -> Unknown:
     as_force, cost = [], 0.0
     for order in range(len(compared.lines.orders)):
         options = [_embedded(compared, order, free)]
-        options += [] if kernels is None else [_embedded(compared, order, kernels[order])]
+        forced = kernels is not None and compared.lines.kinds[order].phase
+        options += [_embedded(compared, order, kernels[order])] if kernels is not None and forced else []
         found = [_best_size(compared, residual, option) for option in options]
         gain, size = max(found)
         price = math.log(len(found) * SIZES.size)
@@ -84,10 +86,7 @@ def unexplained(compared: Comparison, kernels: np.ndarray | None) -> Unknown:
     for order, part in enumerate(chosen):
         if part is not None:
             gains[order] = evidence - _joint(compared, residual, np.asarray(together) - part)[0]
-    half, seen = values.size // 2, compared.seen
-    lines = np.zeros(seen.shape, dtype=complex)
-    lines[seen] = values[:half] + 1j * values[half:]
-    return Unknown(evidence - cost, lines, gains, tuple(as_force))
+    return Unknown(evidence - cost, unstacked(values, compared.lines.parts), gains, tuple(as_force))
 
 
 def _joint(compared: Comparison, residual: np.ndarray, added: np.ndarray) -> tuple[float, np.ndarray]:
@@ -104,18 +103,22 @@ def _embedded(compared: Comparison, order: int, kernel: np.ndarray) -> np.ndarra
 
     Scaled so that its largest variance is that of the order's largest line.
     """
-    seen = compared.seen
-    flat = seen[:, :, order].ravel()
-    part = kernel.reshape(flat.size, flat.size)[np.ix_(flat, flat)]
-    along, across = np.real(part), np.imag(part)
-    real = 0.5 * np.block([[along, -across], [across, along]])
-    here = np.zeros(seen.shape, dtype=bool)
-    here[:, :, order] = seen[:, :, order]
-    rows = np.flatnonzero(np.tile(here[seen], 2))
+    parts = compared.lines.parts
+    real, imaginary = (part[:, :, order].ravel() for part in parts)
+    whole = kernel.reshape(real.size, real.size)
+    along, across = np.real(whole), np.imag(whole)
+    real_rows, imaginary_rows = (np.flatnonzero(part) for part in (real, imaginary))
+    mixed = -across[np.ix_(real_rows, imaginary_rows)]
+    block = 0.5 * np.block(
+        [[along[np.ix_(real_rows, real_rows)], mixed], [mixed.T, along[np.ix_(imaginary_rows, imaginary_rows)]]]
+    )
+    here = np.zeros(compared.seen.shape, dtype=bool)
+    here[:, :, order] = True
+    rows = np.flatnonzero(np.concatenate([here[part] for part in parts]))
     result = np.zeros_like(compared.covariance)
     if rows.size:
         left = np.abs(compared.factor @ compared.residual)[rows].max()
-        result[np.ix_(rows, rows)] = real * left**2 / max(float(np.diag(real).max()), 1e-300)
+        result[np.ix_(rows, rows)] = block * left**2 / max(float(np.diag(block).max()), 1e-300)
     return result
 
 

@@ -16,6 +16,7 @@ from .next_measurement import next_measurement
 from .refine import Fit
 from .result import Cause, Estimate, Gain, GapResult, ResidualLine
 from .search import Posterior
+from .shown_lines import sigmas
 
 if TYPE_CHECKING:
     from .explain import Prepared
@@ -52,7 +53,8 @@ def told(
         causes = (*_shown(shown), *causes)
         probabilities = _with_shown(probabilities, tuple(shown))
         kind = "one cause" if len(causes) == 1 else "several causes"
-    rivals = [posterior.best(other) for other in together if other != names and other != ("unknown",)]
+    fitted = {fit.names for fit in (*posterior.fits, posterior.none)}
+    rivals = [posterior.best(other) for other in together if other != names and other in fitted]
     after = explained(best, everything)
     if kind == "unknown":
         after[list(prepared.fitted)] += posterior.unknown.lines
@@ -128,11 +130,7 @@ def _causes(best: Fit, probabilities: Mapping[tuple[str, ...], float]) -> tuple[
 
 def _residuals(compared: Comparison, conditions: Sequence[int]) -> tuple[ResidualLine, ...]:
     lines = compared.lines
-    variance = np.diag(compared.covariance)
-    half = variance.size // 2
-    sigma = np.full(lines.seen.shape, np.inf)
-    sigma[lines.seen] = np.sqrt((variance[:half] + variance[half:]) / 2)
-    size = np.where(lines.seen, np.abs(lines.amplitudes - compared.expected) / sigma, 0.0)
+    size = sigmas(compared)
     found = []
     for flat in np.argsort(size, axis=None)[::-1][:MOST_RESIDUALS]:
         c, p, k = (int(i) for i in np.unravel_index(int(flat), size.shape))

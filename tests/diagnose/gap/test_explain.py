@@ -86,7 +86,7 @@ def test_what_is_not_in_the_catalogue_is_unknown(unbalanced):
 
 
 def test_without_hypotheses_the_effect_is_not_found(unbalanced, monkeypatch):
-    monkeypatch.setattr(module, "candidates", lambda machine, without: ())
+    monkeypatch.setattr(module, "candidates", lambda machine, **which: ())
     found = explain_gap(unbalanced, rigid_coupling)
     assert found.kind == "unknown"
     assert not found.causes

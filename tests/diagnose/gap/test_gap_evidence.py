@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from rotorwise.diagnose.gap.baseline import Baseline, error_covariance, noise_covariance
 from rotorwise.diagnose.gap.evidence import Widened, comparison, log_density
-from rotorwise.diagnose.gap.lines import Condition, OrderLines, joined, stacked
+from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines, joined, stacked
 
 GENERATOR = np.random.default_rng(4)
 PROBES, ORDERS = ("a", "b"), (1.0, 2.0)
@@ -18,7 +18,10 @@ def _lines(speeds: tuple[float, ...]) -> OrderLines:
     shape = (len(speeds), 2, 2)
     deviations = 0.3 + GENERATOR.random(shape)
     deviations[0, 1, 1] = np.inf
-    return OrderLines(tuple(Condition(s) for s in speeds), PROBES, ORDERS, _complex(*shape), deviations)
+    # One line without phase, and one condition whose phases are relative: their imaginary parts say nothing.
+    conditions = tuple(Condition(s, tied=s != speeds[-1]) for s in speeds)
+    kinds = (LineKind(), LineKind(phase=False))
+    return OrderLines(conditions, PROBES, ORDERS, _complex(*shape), deviations, kinds)
 
 
 def _baseline(count: int, prior: np.ndarray, mean: np.ndarray) -> Baseline:
@@ -46,16 +49,16 @@ def test_conditioning_on_the_healthy_lines_is_that_of_the_joint_gaussian():
     found = comparison(lines, baseline, healthy, at_healthy, error)
 
     both = joined(healthy, lines)
-    slopes = stacked(np.concatenate([at_healthy.slopes, baseline.slopes], axis=1), both.seen)
-    whole = slopes.T @ np.diag(prior**2) @ slopes + error_covariance(both.conditions, error, both.seen)
+    slopes = stacked(np.concatenate([at_healthy.slopes, baseline.slopes], axis=1), both.parts)
+    whole = slopes.T @ np.diag(prior**2) @ slopes + error_covariance(both.conditions, error, both.parts)
     whole += noise_covariance(both)
     model = np.concatenate([at_healthy.lines, baseline.lines]) + np.tensordot(
         mean, np.concatenate([at_healthy.slopes, baseline.slopes], axis=1), 1
     )
-    left = stacked(both.amplitudes - model, both.seen)
+    left = stacked(both.amplitudes - model, both.parts)
     first = np.zeros(both.seen.shape, dtype=bool)
     first[:3] = True
-    rows = np.tile(first[both.seen], 2)
+    rows = np.concatenate([first[part] for part in both.parts])
     weights = whole[np.ix_(~rows, rows)] @ np.linalg.inv(whole[np.ix_(rows, rows)])
     covariance = whole[np.ix_(~rows, ~rows)] - weights @ whole[np.ix_(rows, ~rows)]
     residual = left[~rows] - weights @ left[rows]

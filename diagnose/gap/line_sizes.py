@@ -1,0 +1,133 @@
+"""Sizes of lines that have no phase to the shaft: beside its orders, at fixed frequencies, and in the envelope.
+
+The record's own order lines are taken off first. A line's power is what its band holds beyond the noise floor on both
+sides; its amplitude is that of the sine with this power, 0 where the floor holds more. Slipping and wandering lines
+fill a band, so that no peak is picked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .lines import LineKind
+
+#: Half width of a line's band as a share of its frequency: bearings slip; supply and speed wander.
+SLIP, WANDER = 0.02, 0.004
+#: Least half width in lines of the spectrum: the main lobe of a Hann window.
+LEAST_BINS = 2.5
+#: The floor is taken from the band's edge to this many half widths, at least so many lines of the spectrum a side.
+FLOOR_WIDTHS, FLOOR_BINS = 4.0, 6.0
+#: Mean over median of the power of noise in one line of the spectrum.
+MEAN_OVER_MEDIAN = 1 / np.log(2)
+#: Independent values in a row of Hann-weighted spectral lines.
+HANN_INDEPENDENT = 2 / 3
+#: Band of the envelope as a share of the sampling rate, and its lowest order.
+ENVELOPE_BAND, ENVELOPE_LOWEST_ORDER = (0.1, 0.4), 15.0
+#: Lines above this share of the sampling rate are bent by the anti-alias filter; below so many periods in the record
+#: a line is not told from the mean.
+HIGHEST_SHARE, FEWEST_PERIODS = 0.4, 2.5
+#: A size is repeated no better than this share.
+REPEATED = 0.1
+#: Distance to the nearest locked order that a band keeps, as a share.
+KEPT_CLEAR = 0.8
+
+
+def line_sizes(
+    signals: np.ndarray,
+    *,
+    rate_hz: float,
+    turns: np.ndarray,
+    locked: tuple[np.ndarray, np.ndarray],
+    orders: Sequence[float],
+    kinds: Sequence[LineKind],
+    accelerations: Sequence[bool],
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return amplitudes and standard deviations, both (channels, lines); infinite deviations where nothing is seen.
+
+    Parameters
+    ----------
+    signals : ndarray (channels, samples)
+    rate_hz : float
+    turns : ndarray (samples,)
+        Shaft angle in turns.
+    locked : tuple of ndarray (orders,), ndarray (channels, orders)
+        The record's phase-locked orders and their complex amplitudes, taken off first.
+    orders, kinds : sequence
+        Of the lines wanted.
+    accelerations : sequence of bool
+        Which channels have an envelope worth looking at.
+    """
+    speed_hz = (turns[-1] - turns[0]) / (turns.size - 1) * rate_hz
+    left = signals - signals.mean(axis=1, keepdims=True)
+    left = left - np.real(locked[1] @ np.exp(2j * np.pi * np.outer(locked[0], turns)))
+    spectra = {False: _power(left)}
+    if any(kind.envelope for kind in kinds):
+        spectra[True] = _power(high_envelope(left, rate_hz=rate_hz, speed_hz=speed_hz))
+    resolution = rate_hz / turns.size
+    sizes = np.zeros((signals.shape[0], len(orders)))
+    deviations = np.full(sizes.shape, np.inf)
+    for column, (order, kind) in enumerate(zip(orders, kinds, strict=True)):
+        frequency = abs(order * speed_hz + kind.frequency_hz)
+        half = _half_width(frequency, speed_hz, resolution, kind)
+        highest = HIGHEST_SHARE * rate_hz * (0.5 if kind.envelope else 1.0)
+        if half <= 0 or frequency + FLOOR_WIDTHS * half > highest or frequency < FEWEST_PERIODS * resolution:
+            continue
+        size, deviation = _in_band(spectra[kind.envelope], frequency / resolution, half / resolution)
+        sizes[:, column] = size
+        deviations[:, column] = np.hypot(deviation, REPEATED * size)
+        if kind.envelope:
+            deviations[~np.array(accelerations, dtype=bool), column] = np.inf
+    return sizes, deviations
+
+
+def high_envelope(signals: np.ndarray, *, rate_hz: float, speed_hz: float) -> np.ndarray:
+    """Return the envelope, less its mean, of what lies in the high band, shape (channels, samples)."""
+    from scipy.fft import fft, ifft, next_fast_len
+
+    samples = signals.shape[1]
+    length = int(next_fast_len(samples) or samples)
+    spectrum = np.asarray(fft(signals, length, axis=1))
+    frequency = np.arange(length) * rate_hz / length
+    low = max(ENVELOPE_BAND[0] * rate_hz, ENVELOPE_LOWEST_ORDER * speed_hz)
+    spectrum[:, (frequency < low) | (frequency > ENVELOPE_BAND[1] * rate_hz)] = 0
+    found = 2 * np.abs(np.asarray(ifft(spectrum, axis=1))[:, :samples])
+    return found - found.mean(axis=1, keepdims=True)
+
+
+def _power(signals: np.ndarray) -> np.ndarray:
+    """Return the mean square of a complex sine's half in every line of the spectrum, shape (channels, lines)."""
+    from scipy.fft import rfft
+
+    window = np.hanning(signals.shape[1])
+    spectrum = np.asarray(rfft(signals * window, axis=1))
+    return np.abs(spectrum) ** 2 / (signals.shape[1] * float((window**2).sum()))
+
+
+def _half_width(frequency_hz: float, speed_hz: float, resolution_hz: float, kind: LineKind) -> float:
+    """Return the half width of a line's band; 0 where a locked order lies too close."""
+    least = LEAST_BINS * resolution_hz
+    half = max((SLIP if kind.envelope else WANDER) * frequency_hz, least)
+    if kind.envelope or frequency_hz > 6.5 * speed_hz:
+        return half
+    halves = frequency_hz / speed_hz * 2
+    clear = abs(halves - round(halves)) / 2 * speed_hz
+    return min(half, KEPT_CLEAR * clear) if KEPT_CLEAR * clear >= least / 2 else 0.0
+
+
+def _in_band(power: np.ndarray, centre: float, half: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return amplitude and standard deviation of the line in a band, centre and half width in lines of the spectrum."""
+    reach = max(FLOOR_WIDTHS * half, half + FLOOR_BINS)
+    index = np.arange(max(int(centre - reach), 1), min(int(centre + reach) + 2, power.shape[1]))
+    inside = np.abs(index - centre) <= half
+    beside = (np.abs(index - centre) > half + 1) & (np.abs(index - centre) <= reach)
+    floor = MEAN_OVER_MEDIAN * np.median(power[:, index[beside]], axis=1)
+    count, around = int(inside.sum()), int(beside.sum())
+    held = power[:, index[inside]].sum(axis=1)
+    independent = HANN_INDEPENDENT * count
+    deviation = floor * count * np.sqrt(1 / independent + 1.4 / (HANN_INDEPENDENT * around))
+    line = np.maximum(held - floor * count, 0.0)
+    # A = 2 sqrt(P). The deviation is that of a line of nothing at all: a line of its own would have a smaller one, but
+    # noise that happens to be large must not look certain.
+    return 2 * np.sqrt(line), 2 * np.sqrt(deviation)

@@ -1,0 +1,61 @@
+"""Whether the data show a single one of the lines that an effect states: one that shows none needs no simulation."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...simulators.errors import RotorwiseError
+from ...simulators.machine import Machine
+from .evidence import Comparison
+from .hypotheses import Candidate
+from .wanted_lines import is_locked, same_line
+
+#: A line shows from this many standard deviations on, at any probe and in any condition.
+SHOWN = 3.0
+#: Of an effect's lines, which it states strongest first, so many are asked for.
+STRONGEST = 2
+
+
+def may_show(candidate: Candidate, machine: Machine, compared: Comparison) -> bool:
+    """Return False for an effect all of whose lines lie beside the shaft's orders, when none of them has grown.
+
+    Effects that state a line of the shaft's own orders, or none that is compared, are always looked at: what they do
+    there depends on phases and on the machine.
+
+    Parameters
+    ----------
+    candidate : Candidate
+    machine : Machine
+    compared : Comparison
+        The lines to explain against what is expected without any effect.
+    """
+    try:
+        lines = candidate.effect.signature(machine)
+    except RotorwiseError:
+        return True
+    if any(is_locked(line) for line in lines):
+        return True
+    lines = lines[:STRONGEST]
+    speeds = [one.speed_rpm for one in compared.lines.conditions]
+    columns = [
+        number
+        for number, (order, kind) in enumerate(zip(compared.lines.orders, compared.lines.kinds, strict=True))
+        if not kind.phase
+        and any(same_line((abs(line.order), line.frequency_hz), (order, kind.frequency_hz), speeds) for line in lines)
+    ]
+    return not columns or bool((sigmas(compared)[:, :, columns] > SHOWN).any())
+
+
+def sigmas(compared: Comparison) -> np.ndarray:
+    """Return each line's distance from what is expected, in standard deviations, shape (conditions, probes, orders).
+
+    0 where a line is not seen.
+    """
+    lines = compared.lines
+    variance = np.diag(compared.covariance)
+    real, imaginary = lines.parts
+    power = np.zeros(lines.seen.shape)
+    power[real] = variance[: real.sum()]
+    power[imaginary] += variance[real.sum() :]
+    sigma = np.sqrt(power / np.maximum(real.astype(int) + imaginary, 1)) + 1e-300
+    return np.where(lines.seen, np.abs(lines.amplitudes - compared.expected) / sigma, 0.0)

@@ -1,0 +1,105 @@
+"""Lines of machines whose motion does not repeat with the shaft: simulated in time, then observed as a recording is."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...simulators.errors import RotorwiseError
+from ...simulators.machine import Machine
+from ...simulators.sensor_record import SensorRecord
+from ...simulators.solvers.simulate import Simulation, simulate_motion
+from .line_sizes import line_sizes
+from .lines import LineKind
+from .observe import weighted_amplitudes
+
+#: Turns of the shaft that are simulated: neighbouring orders, and sidebands a tenth of an order away, are told apart.
+TURNS = 24.0
+#: Longest step of a smooth motion, in samples of the record.
+STEPS_OF_SMOOTH = 0.5
+#: Longest settling of a motion of which only the difference from a like one counts.
+LONGEST_SETTLING_S = 0.4
+
+
+THREADS = min(os.cpu_count() or 1, 4)
+
+
+@dataclass(frozen=True)
+class Run:
+    """One machine at one speed, recorded at a rate for at most so many samples.
+
+    ``smooth`` says that two steps a sample and a short settling will do: the machine's own step is made for meshing
+    teeth and contacts, and what settles slowly is the same in the run that it is compared with.
+    """
+
+    machine: Machine
+    speed_rpm: float
+    rate_hz: float
+    samples: int
+    smooth: bool
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the record: the same for speeds that are nearly the same, so that they go side by side."""
+        turns = TURNS * 60 / self.speed_rpm
+        return min(self.samples / self.rate_hz, 2 ** (math.ceil(2 * math.log2(turns)) / 2))
+
+
+def motions(runs: Sequence[Run]) -> list[Simulation | None]:
+    """Return every run's motion at the machine's probes; None where the simulation fails.
+
+    Runs of like machines go side by side.
+    """
+    found: list[Simulation | None] = [None] * len(runs)
+    for kind in dict.fromkeys((run.rate_hz, run.smooth, run.duration_s) for run in runs):
+        members = [i for i, run in enumerate(runs) if (run.rate_hz, run.smooth, run.duration_s) == kind]
+        for i, motion in zip(members, _side_by_side([runs[i] for i in members]), strict=True):
+            found[i] = motion
+    return found
+
+
+def _side_by_side(runs: Sequence[Run]) -> list[Simulation | None]:
+    first = runs[0]
+    step = STEPS_OF_SMOOTH / first.rate_hz if first.smooth else None
+    settle = min(first.machine.definition.settle_s, LONGEST_SETTLING_S) if first.smooth else None
+    try:
+        cases = [(run.machine, run.speed_rpm) for run in runs]
+        return list(
+            simulate_motion(
+                cases, duration_s=first.duration_s, rate_hz=first.rate_hz, step_s=step, settle_s=settle, threads=THREADS
+            )
+        )
+    except RotorwiseError:
+        if len(runs) == 1:
+            return [None]
+        # One that fails takes the others with it: in halves, until it stands alone.
+        half = len(runs) // 2
+        return _side_by_side(runs[:half]) + _side_by_side(runs[half:])
+
+
+def lines_of_record(
+    record: SensorRecord, *, probes: Sequence[str], orders: Sequence[float], kinds: Sequence[LineKind]
+) -> np.ndarray:
+    """Return the lines of a record, shape (probes, orders), complex: those with phase, and sizes of the others."""
+    names = [probe.name for probe in record.channels]
+    rows = [names.index(name) for name in probes]
+    signals, turns = record.signals[rows], record.phase_rad / (2 * np.pi)
+    with_phase = np.array([kind.phase for kind in kinds])
+    locked = np.array(orders)[with_phase]
+    result = np.zeros((len(rows), len(orders)), dtype=complex)
+    result[:, with_phase] = weighted_amplitudes(signals, turns=turns, orders=locked)
+    if not with_phase.all():
+        result[:, ~with_phase] = line_sizes(
+            signals,
+            rate_hz=record.output_rate_hz,
+            turns=turns,
+            locked=(locked, result[:, with_phase]),
+            orders=np.array(orders)[~with_phase].tolist(),
+            kinds=[kind for kind in kinds if not kind.phase],
+            accelerations=[record.channels[row].quantity == "acceleration" for row in rows],
+        )[0]
+    return result

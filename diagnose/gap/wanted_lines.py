@@ -1,0 +1,85 @@
+"""Which lines to look at: those that the shaft shows, and those that any effect of the catalogue says it makes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ...simulators.effect import Effect, Line, effect_catalogue
+from ...simulators.errors import RotorwiseError
+from ...simulators.machine import Machine
+from .lines import LineKind
+
+#: Always looked at: what shafts show, and the half orders of a nonlinear support.
+USUAL_ORDERS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0)
+#: Orders that are multiples of this fraction of a turn keep their phase to the shaft.
+LOCKED_FRACTION = 1 / 6
+#: Lines of one effect that are looked at, its strongest first, beside those that keep their phase.
+MOST_OF_ONE = 3
+#: Lines closer than this share of their order are one.
+SAME = 0.01
+#: Parts whose defects are struck rhythms: their lines stand clearest in the envelope's spectrum.
+STRUCK = ("bearing",)
+
+Wanted = tuple[tuple[float, ...], tuple[LineKind, ...]]
+
+
+def wanted_lines(machine: Machine, *, highest: float, speeds_rpm: Sequence[float]) -> Wanted:
+    """Return orders and kinds of the lines to look at.
+
+    Lines with phase are the usual orders and the phase-locked lines that effects state, up to ``highest``. Of all other
+    lines that effects state only the size is looked at: above that order a small error of the tacho's place spoils the
+    phase, and lines beside the shaft's orders have none.
+
+    Parameters
+    ----------
+    machine : Machine
+    highest : float
+        Highest order with phase.
+    speeds_rpm : sequence of float
+        That will be looked at: lines at fixed frequencies must not coincide with others there.
+    """
+    stated = _stated(machine)
+    locked = set(USUAL_ORDERS)
+    for _, lines in stated:
+        locked |= {line.order for line in lines if is_locked(line) and line.order <= highest + 1e-9}
+    orders = sorted(round(order, 6) for order in locked if 0 < order <= highest + 1e-9)
+    sizes: list[tuple[float, LineKind]] = []
+    for effect, lines in stated:
+        envelope = effect.ROLE in STRUCK
+        free = [line for line in lines if not is_locked(line) or line.order > highest][:MOST_OF_ONE]
+        for line in free:
+            one = (abs(line.order), LineKind(phase=False, envelope=envelope, frequency_hz=line.frequency_hz))
+            if not any(_alike(one, other, speeds_rpm) for other in sizes):
+                sizes.append(one)
+    sizes.sort(key=lambda one: (one[1].envelope, one[1].frequency_hz, one[0]))
+    kinds = (LineKind(),) * len(orders) + tuple(kind for _, kind in sizes)
+    return (*orders, *(order for order, _ in sizes)), kinds
+
+
+def _stated(machine: Machine) -> list[tuple[type[Effect], tuple[Line, ...]]]:
+    found = []
+    for _, effect in sorted(effect_catalogue().items()):
+        try:
+            effect().contribute(machine.bare_assembly())
+            found.append((effect, effect().signature(machine)))
+        except RotorwiseError:
+            continue
+    return found
+
+
+def _alike(one: tuple[float, LineKind], other: tuple[float, LineKind], speeds_rpm: Sequence[float]) -> bool:
+    if one[1].envelope != other[1].envelope:
+        return False
+    return same_line((one[0], one[1].frequency_hz), (other[0], other[1].frequency_hz), speeds_rpm)
+
+
+def same_line(one: tuple[float, float], other: tuple[float, float], speeds_rpm: Sequence[float]) -> bool:
+    """Return whether two lines, each an order and a frequency in Hz added to it, lie together at all the speeds."""
+    places = [[abs(order + 60 * added / speed) for order, added in (one, other)] for speed in speeds_rpm]
+    return all(abs(a - b) <= SAME * max(a, b) for a, b in places)
+
+
+def is_locked(line: Line) -> bool:
+    """Return whether a line keeps its phase to the shaft."""
+    turns = line.order / LOCKED_FRACTION
+    return line.frequency_hz == 0 and abs(turns - round(turns)) < 1e-6
