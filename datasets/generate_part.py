@@ -11,7 +11,7 @@ import functools
 import platform
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
@@ -134,33 +134,45 @@ def _outcomes(recipe: Recipe, positions: Sequence[Position]) -> Iterator[tuple[P
 
 
 def _simulated(recipe: Recipe, drawn: Sequence[Drawn]) -> Iterator[tuple[Position, dict[str, Any] | str]]:
-    for one, raw in zip(drawn, _motions(drawn), strict=True):
+    runs = list({one.position.run: one for one in drawn}.values())
+    motions = dict(zip((one.position.run for one in runs), _motions(runs), strict=True))
+    for one in drawn:
+        raw = motions[one.position.run]
         if isinstance(raw, str):
             yield one.position, raw
             continue
         try:
-            yield one.position, _row(recipe, one, raw)
+            yield one.position, _row(recipe, one, _record(raw, one.position))
         except RotorwiseError as problem:
             yield one.position, str(problem)
 
 
-def _motions(drawn: Sequence[Drawn]) -> list[Simulation | str]:
+def _motions(runs: Sequence[Drawn]) -> list[Simulation | str]:
     """Return the motions side by side; where one fails, the halves by themselves until it stands alone."""
     from ..simulators.solvers.simulate import simulate_raw
 
-    if not drawn:
+    if not runs:
         return []
-    own = drawn[0].position.recipe
-    cases = [(one.machine, one.speed_rpm) for one in drawn]
+    own = runs[0].position.recipe
+    cases = [(one.machine, one.speed_rpm) for one in runs]
     try:
         # An unstable machine leaves the number range on the way; `measured` looks at what it leaves.
         with np.errstate(over="ignore", invalid="ignore"):
-            return list(simulate_raw(cases, duration_s=own.duration_s, rate_hz=own.rate_hz))
+            return list(simulate_raw(cases, duration_s=own.records * own.samples / own.rate_hz, rate_hz=own.rate_hz))
     except (RotorwiseError, np.linalg.LinAlgError) as problem:
-        if len(drawn) == 1:
+        if len(runs) == 1:
             return [str(problem)]
-        half = len(drawn) // 2
-        return _motions(drawn[:half]) + _motions(drawn[half:])
+        half = len(runs) // 2
+        return _motions(runs[:half]) + _motions(runs[half:])
+
+
+def _record(raw: Simulation, position: Position) -> Simulation:
+    """Return the stretch of a run that belongs to a signal, with what the measuring chain needs beyond its end."""
+    own = position.recipe
+    factor = round(raw.rate_hz / own.rate_hz)
+    beyond = raw.signals.shape[1] - own.records * own.samples * factor
+    part = slice(position.record * own.samples * factor, (position.record + 1) * own.samples * factor + beyond)
+    return replace(raw, signals=raw.signals[:, part], phase_rad=raw.phase_rad[part], speed_rad_s=raw.speed_rad_s[part])
 
 
 def _row(recipe: Recipe, drawn: Drawn, raw: Simulation) -> dict[str, Any]:
@@ -177,6 +189,7 @@ def _row(recipe: Recipe, drawn: Drawn, raw: Simulation) -> dict[str, Any]:
         **_where(position),
         "split": split_of(recipe, position.draw),
         "fault": position.fault,
+        "record": position.record,
         "label": label_of(effects),
         "effects": [effect.NAME for effect in effects],
         "speed_rpm": drawn.speed_rpm,

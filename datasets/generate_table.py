@@ -29,6 +29,7 @@ FIXED = (
     ("split", "string", "", "of the machine draw"),
     ("case", "string", "", "name of the state in the recipe"),
     ("fault", "int32", "", "number of the fault within the case: same values, other speeds and loads"),
+    ("record", "int32", "", "number of the signal within its run; each begins where the one before ends"),
     ("label", "string", "", "effects with place and values, or healthy"),
     ("effects", "list<string>", "", "names of the effects"),
     ("speed_rpm", "double", "rpm", "shaft speed"),

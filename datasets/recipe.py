@@ -85,6 +85,8 @@ class MachineRecipe:
     parameters : mapping of str to Choice
         Drawn once a machine draw.
     cases : tuple of Case
+    records : int
+        Signals that one run gives, one after the other: the machine settles once for all of them.
     """
 
     name: str
@@ -96,6 +98,7 @@ class MachineRecipe:
     load: Choice | None
     parameters: Mapping[str, Choice]
     cases: tuple[Case, ...]
+    records: int = 1
 
     @property
     def samples(self) -> int:
@@ -104,8 +107,8 @@ class MachineRecipe:
 
     @cached_property
     def conditions(self) -> int:
-        """Number of speeds times number of loads."""
-        return self.speed_rpm.count * (self.load.count if self.load else 1)
+        """Signals of one fault: speeds times loads times records."""
+        return self.speed_rpm.count * (self.load.count if self.load else 1) * self.records
 
     @cached_property
     def per_draw(self) -> int:

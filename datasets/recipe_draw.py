@@ -1,8 +1,8 @@
 """From the number of a signal to its machine, speed, chain and labels. Nothing is listed: each is computed alone.
 
 Signals count through the machine draws; within one through the recipe's machines; within a machine through cases,
-faults, speeds and loads, the last fastest. Every random number has a stream of its own, made from the seed, the
-machine, the draw and the parameter's name: it depends neither on other parameters nor on who computes it.
+faults, speeds, loads and records, the last fastest. Every random number has a stream of its own, made from the seed,
+the machine, the draw and the parameter's name: it depends neither on other parameters nor on who computes it.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ class Position:
     number, draw : int
     recipe : MachineRecipe
     case : Case
-    fault, speed, load : int
-        Number of the fault within its case, of the speed and of the load.
+    fault, speed, load, record : int
+        Number of the fault within its case, of the speed, of the load and of the signal within its run.
     """
 
     number: int
@@ -45,6 +45,12 @@ class Position:
     fault: int
     speed: int
     load: int
+    record: int
+
+    @property
+    def run(self) -> tuple[object, ...]:
+        """What the signals of one run have in common."""
+        return self.draw, self.recipe.name, self.case.name, self.fault, self.speed, self.load
 
 
 @dataclass(frozen=True)
@@ -94,8 +100,9 @@ def position_of(recipe: Recipe, number: int) -> Position:
             break
         rest -= case.faults * machine.conditions
     fault, condition = divmod(rest, machine.conditions)
+    condition, record = divmod(condition, machine.records)
     loads = machine.load.count if machine.load else 1
-    return Position(number, draw, machine, case, fault, *divmod(condition, loads))
+    return Position(number, draw, machine, case, fault, *divmod(condition, loads), record)
 
 
 def draw_signal(recipe: Recipe, position: Position) -> Drawn:

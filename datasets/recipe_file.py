@@ -23,8 +23,8 @@ from .simulated import MOST_SAMPLES
 
 FORMAT = 1
 _TOP = ("name", "meaning", "seed", "draws", "splits", "chain", "severity", "machine", "limits", "rate_hz", "duration_s")
-_MACHINE = ("machine", "machine_text", "name", "preset", "probes", "rate_hz", "duration_s", "speed_rpm", "load",
-            "priors", "parameters", "case")  # fmt: skip
+_MACHINE = ("machine", "machine_text", "name", "preset", "probes", "rate_hz", "duration_s", "records", "speed_rpm",
+            "load", "priors", "parameters", "case")  # fmt: skip
 _CASE = ("name", "instances", "parameters", "effect")
 #: More signals than this are a mistake.
 MOST_SIGNALS = 10**9
@@ -128,6 +128,7 @@ def _machine(where: str, entry: dict[str, Any], top: dict[str, Any]) -> MachineR
         load=parse_choice(f"{where}, load", entry["load"], declared[load_name]) if "load" in entry else None,
         parameters=parameters,
         cases=cases,
+        records=_whole(where, entry, "records", lowest=1, default=1),
     )
 
 
@@ -225,7 +226,7 @@ def _check_whole(where: str, recipe: Recipe) -> None:
 def _check_machine(where: str, recipe: MachineRecipe) -> None:
     from .simulated import recordable
 
-    size = recipe.samples * len(recipe.machine.bare_assembly().probes)
+    size = recipe.samples * recipe.records * len(recipe.machine.bare_assembly().probes)
     if not recipe.samples >= 1 or size > MOST_SAMPLES:
         raise InvalidValueError(
             f"{where}: {recipe.duration_s:g} s at {recipe.rate_hz:g} Hz; allowed: one sample or more, and all probes "

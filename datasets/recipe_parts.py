@@ -10,9 +10,9 @@ from itertools import accumulate
 from .recipe import MachineRecipe, Recipe
 
 #: Runs side by side are four times cheaper; more than this bring nothing.
-MOST_SIGNALS = 64
-#: Of the motion at all probes of a part, in bytes; a worker needs about four times as much.
-MOST_BYTES = 160_000_000
+MOST_RUNS = 64
+#: Of the motion at all probes of a part, in bytes; a worker needs about three times as much.
+MOST_BYTES = 280_000_000
 #: Small datasets are divided into this many parts all the same, so that every core has work.
 FEWEST_PARTS = 16
 
@@ -47,8 +47,9 @@ class Parts:
         """First signal of each part within one machine draw of every kind, and the end of the last."""
         sizes = []
         for one in self.recipe.machines:
-            count = math.ceil(one.per_draw / _fitting(one))
-            sizes += [one.per_draw * (i + 1) // count - one.per_draw * i // count for i in range(count)]
+            runs = one.per_draw // one.records
+            count = math.ceil(runs / (_fitting(one) // one.records))
+            sizes += [one.records * (runs * (i + 1) // count - runs * i // count) for i in range(count)]
         return list(accumulate(sizes, initial=0))
 
     @property
@@ -76,9 +77,9 @@ class Parts:
 
 
 def _fitting(one: MachineRecipe) -> int:
-    """Return how many signals of a machine fit into one part."""
+    """Return how many signals of a machine fit into one part: whole runs."""
     probes = len(one.machine.bare_assembly().probes)
-    return max(1, min(MOST_SIGNALS, MOST_BYTES // (8 * probes * one.samples)))
+    return one.records * max(1, min(MOST_RUNS, MOST_BYTES // (8 * probes * one.samples * one.records)))
 
 
 def part_name(part: int) -> str:

@@ -117,7 +117,7 @@ def test_the_content_does_not_depend_on_what_is_beside_it(frame: pd.DataFrame, m
     """Each signal alone, by a part of its own, is the same signal."""
     from rotorwise.datasets import recipe_parts
 
-    monkeypatch.setattr(recipe_parts, "MOST_SIGNALS", 1)
+    monkeypatch.setattr(recipe_parts, "MOST_RUNS", 1)
     recipe = load_recipe(SMALL)
     assert recipe_parts.Parts(recipe).count == recipe.signals
     for number in (0, 3, 58):
@@ -131,6 +131,37 @@ def pa_file(raw: bytes) -> object:
     import pyarrow as pa
 
     return pa.BufferReader(raw)
+
+
+def test_records_of_one_run_follow_each_other(tmp_path: Path) -> None:
+    machine = json.loads(load_recipe(SMALL).source)["machine"][0]
+    exact = {"pulses_per_revolution": 1}
+    build(changed(draws=2, machine=[{**machine, "records": 3}], chain=exact), tmp_path / "three", workers=1)
+    build(changed(draws=2, machine=[machine], chain=exact, duration_s=0.6), tmp_path / "long", workers=1)
+    three, long = (pd.read_parquet(tmp_path / name / "data") for name in ("three", "long"))
+    assert len(three) == 3 * len(long)
+    assert three["record"].tolist() == [0, 1, 2] * len(long)
+    for channel in ("signal.path_1", "signal.tacho"):
+        joined = np.concatenate(three[channel].tolist())
+        assert np.array_equal(joined, np.concatenate(long[channel].tolist()))
+    assert (
+        three["severity.misalignment_offset_m"].tolist()
+        == np.repeat(long["severity.misalignment_offset_m"], 3).tolist()
+    )
+
+
+def test_records_carry_what_a_sensor_effect_needs_beyond_their_end(tmp_path: Path) -> None:
+    """A clock that runs fast sees more than its record; a filter that leaks needs a higher rate."""
+    machine = json.loads(load_recipe(SMALL).source)["machine"][0]
+    machine["case"] = [
+        {"name": "clock", "effect": [{"effect": "clock_error", "rate_error_ppm": 500.0}]},
+        {"name": "aliasing", "effect": [{"effect": "aliasing", "leak": 0.5}]},
+    ]
+    store = build(changed(draws=2, machine=[{**machine, "records": 2}], severity={}), tmp_path / "set", workers=1)
+    found = summary_of(store)
+    assert (found["rows"], found["refused"]) == (2 * 2 * 2 * 2, [])
+    rows = pd.read_parquet(tmp_path / "set" / "data")
+    assert {len(signal) for signal in rows["signal.path_1"]} == {200}
 
 
 def test_a_stiff_contact_beside_it_does_not_change_a_run() -> None:

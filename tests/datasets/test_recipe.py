@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from rotorwise.datasets.recipe import Recipe
 from rotorwise.datasets.recipe_draw import draw_signal, label_columns, position_of, severity_of, split_of
 from rotorwise.datasets.recipe_file import load_recipe, recipe_from_json, shipped_recipes
-from rotorwise.datasets.recipe_parts import MOST_SIGNALS, Parts
+from rotorwise.datasets.recipe_parts import MOST_BYTES, MOST_RUNS, Parts
 from rotorwise.datasets.recipe_values import Choice, parse_choice
 from rotorwise.simulators.errors import InvalidValueError
 from rotorwise.simulators.parameter import LogNormal, Parameter, Uniform
@@ -102,7 +102,7 @@ def test_numbers_and_places_are_one_to_one() -> None:
     recipe = load_recipe(SMALL)
     places = [position_of(recipe, number) for number in range(recipe.signals)]
     assert recipe.signals == 6 * 2 * (1 + 2 * 2)
-    assert len({(p.draw, p.recipe.name, p.case.name, p.fault, p.speed, p.load) for p in places}) == recipe.signals
+    assert len({(*p.run, p.record) for p in places}) == recipe.signals
     assert [p.number for p in places] == list(range(recipe.signals))
     with pytest.raises(InvalidValueError, match="allowed: 0 to"):
         position_of(recipe, recipe.signals)
@@ -113,25 +113,33 @@ def test_numbers_and_places_are_one_to_one() -> None:
     draws=st.integers(1, 40),
     instances=st.integers(1, 90),
     duration_s=st.sampled_from([0.2, 100.0, 3000.0]),
+    records=st.integers(1, 3),
     limit=st.none() | st.integers(1, 5000),
 )
-def test_parts_hold_every_number_once(draws: int, instances: int, duration_s: float, limit: int | None) -> None:
+def test_parts_hold_every_number_once(
+    draws: int, instances: int, duration_s: float, records: int, limit: int | None
+) -> None:
     machine = json.loads(load_recipe(SMALL).source)["machine"][0]
+    machine["records"] = records
     machine["case"][1]["instances"] = instances
     other = {**machine, "name": "other", "case": machine["case"][:1]}
     recipe = changed(draws=draws, splits={"all": 1.0}, duration_s=duration_s, machine=[machine, other])
     parts = Parts(recipe, limit)
     numbers = [list(parts.numbers(part)) for part in range(parts.count)]
     assert [number for one in numbers for number in one] == list(range(min(recipe.signals, limit or recipe.signals)))
-    assert all(0 < len(one) <= MOST_SIGNALS for one in numbers)
+    assert all(0 < len(one) <= MOST_RUNS * records for one in numbers)
+    # No run is computed in two parts.
+    assert all(len(one) % records == 0 for one in numbers[:-1])
     # A shorter dataset is the beginning of the longer one: parts keep their place.
     whole = Parts(recipe)
     assert all(list(whole.numbers(part))[: len(one)] == one for part, one in enumerate(numbers))
 
 
 def test_no_part_of_long_signals_is_larger_than_the_memory_allows() -> None:
-    recipe = changed(duration_s=3000.0)
-    assert [len(Parts(recipe).numbers(part)) for part in range(3)] == [1, 1, 1]
+    parts = Parts(changed(duration_s=5000.0))
+    # Four probes of 64 bits.
+    assert all(len(parts.numbers(part)) * 4 * 8 * 5_000_000 <= MOST_BYTES for part in range(3))
+    assert [len(parts.numbers(part)) for part in range(3)] == [1, 1, 1]
 
 
 def test_a_hundred_thousand_signals_are_planned_without_listing_them() -> None:
@@ -304,5 +312,5 @@ def test_the_recipe_of_the_manual_is_one(tmp_path: Path) -> None:
     text = (Path(__file__).parents[2] / "datasets" / "README.md").read_text(encoding="utf-8")
     (tmp_path / "r.toml").write_text(text.split("```toml\n")[1].split("```")[0], encoding="utf-8")
     recipe = load_recipe(tmp_path / "r.toml")
-    # Speeds x loads x (healthy + instances x grid).
-    assert recipe.signals == 200 * 4 * 2 * (1 + 3 * 2)
+    # Speeds x loads x records x (healthy + instances x grid).
+    assert recipe.signals == 200 * 4 * 2 * 2 * (1 + 3 * 2)

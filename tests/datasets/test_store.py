@@ -44,7 +44,7 @@ from pathlib import Path
 from rotorwise.datasets.generate import build
 from rotorwise.datasets.recipe_file import load_recipe
 from rotorwise.datasets import generate_part, recipe_parts
-recipe_parts.MOST_SIGNALS = 2
+recipe_parts.MOST_RUNS = 2
 recipe, folder, kills = load_recipe(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3])
 generate_part.make_part(recipe.source, 0)
 random.seed(3)
@@ -70,7 +70,7 @@ for kill in range(kills):
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 def test_killed_at_random_it_loses_doubles_and_halves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # Many small parts, so that a kill comes between any two steps.
-    monkeypatch.setattr(recipe_parts, "MOST_SIGNALS", 2)
+    monkeypatch.setattr(recipe_parts, "MOST_RUNS", 2)
     reference = content(Path(build(SMALL, tmp_path / "whole", workers=1).folder.name))
     assert len(reference) == 30
     folder = tmp_path / "set"
