@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .faults.bearing import rhythms, strongest
+from .gear_average import gear_averages
 from .observe import Observation
 from .signal.sidebands import find_sidebands
 
@@ -64,6 +65,8 @@ FEATURES: tuple[Feature, ...] = (
         for harmonic in (1, 2, 3)
     ),
     Feature("mesh_modulation_index", "1", "first sidebands over the mesh line, largest over shafts and channels"),
+    Feature("gear_fm4", "1", "kurtosis of the difference signal of a gear's synchronous average, largest; 3 is noise"),
+    Feature("gear_na4", "1", "kurtosis of the residual signal of a gear's synchronous average, largest; 3 is noise"),
     Feature("band_low_share", "1", "share of 0.5X-10X in the energy, loudest channel"),
     Feature("band_middle_share", "1", "share of 10X-50X in the energy, loudest channel"),
     Feature("band_high_share", "1", "share above 50X in the energy, loudest channel"),
@@ -206,4 +209,8 @@ def _mesh(now: Observation) -> dict[str, float]:
                     if family.carrier.power_ratio > now.significant_ratio:
                         best = values.get("mesh_modulation_index", 0.0)
                         values["mesh_modulation_index"] = max(best, family.modulation_index)
+    averages = [one.indicators for one in gear_averages(now)]
+    if averages:
+        values["gear_fm4"] = max(one.fm4 for one in averages)
+        values["gear_na4"] = max(one.na4 for one in averages)
     return values
