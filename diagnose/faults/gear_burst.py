@@ -2,7 +2,8 @@
 
 NA4, the kurtosis of the residual signal, is 3 for noise and low for the few lines of an eccentric or worn gear; one bad
 tooth among many raises it (J. J. Zakrajsek, NASA TM-105950 (1993)). A sound gear may have a burst of its own from
-manufacture, so that without a baseline it stays well below certainty; with one, the growth counts.
+manufacture (a measured healthy gearbox has NA4 4.7), so that without a baseline it stays well below certainty; with
+one, the growth counts.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from ..result import Finding
 
 _NOISE = 3.0
 #: Excess over noise, and relative growth, at which the odds are the prior odds; they grow with these powers.
-_USUAL_EXCESS, _EXCESS_POWER, _PRIOR = 1.5, 2.5, 0.3
+_USUAL_EXCESS, _EXCESS_POWER, _PRIOR = 2.0, 2.5, 0.3
 _USUAL_GROWTH, _GROWTH_POWER, _PRIOR_OF_GROWTH = 0.5, 3.0, 0.5
 _SURE = 4.0  # deviations above noise: kurtosis is skewed, and the largest of a dozen averages is taken
 _MOST, _MOST_WITH_BASELINE = 0.8, 0.9
