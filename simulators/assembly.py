@@ -150,6 +150,8 @@ class Assembly:
     vertical: dict[str, float] = field(default_factory=dict)
     #: Coordinates that are angles of turning parts, with their speed over the reference shaft's.
     torsional: dict[str, float] = field(default_factory=dict)
+    #: The machine's load, in the unit of its load parameter; None for a machine without one.
+    load: float | None = None
     #: Remarks for the user about this machine with these parameters and effects.
     notes: list[str] = field(default_factory=list)
 

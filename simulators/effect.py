@@ -75,6 +75,8 @@ class Effect:
     RIVALS : mapping of str to str
         Effects that look alike, by name, and the measurement that separates them.
     REFERENCES : tuple of str
+    EMPIRICAL : bool
+        It describes what was measured and explains nothing: it is never offered as a cause.
     at : str
         Name of the part; empty for the machine's first one with the role.
     """
@@ -86,6 +88,7 @@ class Effect:
     CHECK: ClassVar[str] = ""
     RIVALS: ClassVar[Mapping[str, str]] = {}
     REFERENCES: ClassVar[tuple[str, ...]] = ()
+    EMPIRICAL: ClassVar[bool] = False
 
     at: str = ""
 

@@ -85,7 +85,7 @@ def candidates(
     """
     found = []
     for name, effect in sorted(effect_catalogue().items()):
-        if name in without:
+        if name in without or effect.EMPIRICAL:
             continue
         for part in _parts(machine, effect, probes):
             one = effect(at=part)

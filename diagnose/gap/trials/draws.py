@@ -36,6 +36,8 @@ def applicable(machine: Machine, *, probes: Sequence[Probe]) -> dict[str, tuple[
     assembly = machine.bare_assembly()
     found: dict[str, tuple[Effect, ...]] = {}
     for name, effect in sorted(effect_catalogue().items()):
+        if effect.EMPIRICAL:
+            continue
         if issubclass(effect, SensorEffect):
             fitting = [probe.location for probe in probes if effect().fits(probe)]
             if not fitting:
