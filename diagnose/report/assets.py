@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
 from functools import cache
 from importlib.resources import files
 from importlib.util import find_spec
@@ -67,31 +65,6 @@ def plotly_script() -> str:
 
 
 @cache
-def report_script() -> str:
-    """Return the report's own JavaScript, ready to be placed in a script element."""
-    parts = (_OWN_FILES.joinpath(name).read_text(encoding="utf-8") for name in ("plots.js", "report.js"))
-    return safe_script("\n".join(parts))
-
-
-@cache
 def style_sheet() -> str:
     """Return the report's style sheet."""
     return _OWN_FILES.joinpath("report.css").read_text(encoding="utf-8")
-
-
-@cache
-def content_policy() -> str:
-    """Return the content security policy of a report.
-
-    It allows the two scripts by their hash and nothing else: no network, and no script that a hostile file
-    name might have smuggled in.
-    """
-    hashes = " ".join(f"'sha256-{_sha256(script)}'" for script in (plotly_script(), report_script()))
-    return (
-        f"default-src 'none'; script-src {hashes}; style-src 'unsafe-inline'; img-src data: blob:; "
-        "base-uri 'none'; form-action 'none'"
-    )
-
-
-def _sha256(text: str) -> str:
-    return base64.b64encode(hashlib.sha256(text.encode("utf-8")).digest()).decode("ascii")

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
 from collections.abc import Sequence
 from datetime import datetime
-from functools import cache
-from importlib.resources import files
 from pathlib import Path
 
 from ..gap.result import GapResult
 from ..gap.words import headline, sentence_of
 from ..papers_files import write_whole
-from .assets import plotly_script, safe_script, style_sheet
 from .encode import to_json
 from .gap_blocks import (
     calibration_block,
@@ -28,9 +23,8 @@ from .gap_blocks import (
 )
 from .gap_figures import gap_figures, gap_payload
 from .text import escape
+from .whole_page import whole_page
 from .write import check_free
-
-_OWN_FILES = files(__package__ or "rotorwise.diagnose.report")
 
 
 def write_gap_page(
@@ -82,36 +76,4 @@ def render_gap(result: GapResult, *, title: str = "", notes: Sequence[str] = ())
         f"<section><h2>The machine</h2>{calibration_block(result)}{extended_block(result)}</section></article></main>"
     )
     data = f'<script type="application/json" id="data-gap">{to_json(gap_payload(result))}</script>'
-    return _page(f"Gap: {name}", body, data)
-
-
-@cache
-def _script() -> str:
-    parts = (_OWN_FILES.joinpath(name).read_text(encoding="utf-8") for name in ("plots.js", "gap.js", "report.js"))
-    return safe_script("\n".join(parts))
-
-
-def _page(title: str, body: str, data: str) -> str:
-    style = style_sheet() + _OWN_FILES.joinpath("gap.css").read_text(encoding="utf-8")
-    digests = (hashlib.sha256(script.encode("utf-8")).digest() for script in (plotly_script(), _script()))
-    hashes = " ".join(f"'sha256-{base64.b64encode(digest).decode('ascii')}'" for digest in digests)
-    # The two scripts by their hash and nothing else: no network.
-    policy = (
-        f"default-src 'none'; script-src {hashes}; style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; "
-        "form-action 'none'"
-    )
-    return "\n".join(
-        [
-            '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
-            f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
-            '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            '<meta name="color-scheme" content="light dark">',
-            f"<title>{escape(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>",
-            body,
-            "<noscript><p>The plots need JavaScript; the words and the tables do not.</p></noscript>",
-            data,
-            f"<script>{plotly_script()}</script>",
-            f"<script>{_script()}</script>",
-            "</body>\n</html>\n",
-        ]
-    )
+    return whole_page(body, [data], title=f"Gap: {name}", scripts=("gap.js", "report.js"), styles=("gap.css",))

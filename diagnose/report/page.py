@@ -8,7 +8,6 @@ from typing import Any
 
 from ...simulators.errors import InvalidValueError
 from ..result import Analysis
-from .assets import content_policy, plotly_script, report_script, style_sheet
 from .encode import to_json
 from .figures import figures
 from .findings import facts_block, findings_block, remarks_block, speed_block, warnings_block
@@ -17,6 +16,7 @@ from .payload import build_payload, point_limit, short_name
 from .tables import evidence_table, feature_table, sortable_table
 from .text import escape
 from .trend import blocks_trend, files_trend, overview_table_rows, trend_figure
+from .whole_page import whole_page
 
 _OVERVIEW_HEADS = ("No.", "File", "Speed (rpm)", "Top finding", "Probability", "Zone", "Warnings")
 
@@ -112,18 +112,4 @@ def _kicker(text: str) -> str:
 
 
 def _page(title: str, body: str, data: list[str]) -> str:
-    return "\n".join(
-        [
-            '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
-            f'<meta http-equiv="Content-Security-Policy" content="{content_policy()}">',
-            '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            '<meta name="color-scheme" content="light dark">',
-            f"<title>{escape(title)}</title>\n<style>\n{style_sheet()}</style>\n</head>\n<body>",
-            body,
-            "<noscript><p>The plots need JavaScript; the words and the tables do not.</p></noscript>",
-            *data,
-            f"<script>{plotly_script()}</script>",
-            f"<script>{report_script()}</script>",
-            "</body>\n</html>\n",
-        ]
-    )
+    return whole_page(body, data, title=title, scripts=("report.js",))

@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
 import re
 from collections import Counter
 from collections.abc import Sequence
 from datetime import datetime
-from functools import cache
 from importlib import import_module
-from importlib.resources import files
 from itertools import groupby
 from pathlib import Path
 
 from ...simulators.papers.claim import VERDICTS, Claim
 from ..papers import TITLES, count, rows
 from ..papers_files import write_whole
-from .assets import plotly_script, safe_script, style_sheet
 from .encode import to_json
 from .text import escape
+from .whole_page import whole_page
 from .write import check_free
-
-_OWN_FILES = files(__package__ or "rotorwise.diagnose.report")
 
 
 def write_page(claims: Sequence[Claim], path: Path, *, force: bool) -> None:
@@ -58,7 +52,8 @@ def render_page(claims: Sequence[Claim]) -> str:
         blocks.append(_paper(paper, list(own), "".join(figure.html(uid) for uid, figure in drawn.items())))
         content = to_json({uid: figure.payload() for uid, figure in drawn.items()})
         scripts.append(f'<script type="application/json" class="figures">{content}</script>')
-    return figure_page(f"<main>{_head(claims)}{''.join(blocks)}</main>", scripts, title="Claims of the papers")
+    body = f"<main>{_head(claims)}{''.join(blocks)}</main>"
+    return whole_page(body, scripts, title="Claims of the papers", scripts=("papers.js",), styles=("papers.css",))
 
 
 def _head(claims: Sequence[Claim]) -> str:
@@ -110,36 +105,3 @@ def _css(verdict: str) -> str:
 
 def _title(paper: str) -> str:
     return escape(TITLES.get(paper, ""))
-
-
-@cache
-def _script() -> str:
-    parts = (_OWN_FILES.joinpath(name).read_text(encoding="utf-8") for name in ("plots.js", "papers.js"))
-    return safe_script("\n".join(parts))
-
-
-def figure_page(body: str, data: Sequence[str], *, title: str) -> str:
-    """Return a whole page around a body with figures and the script elements that hold their data."""
-    style = style_sheet() + _OWN_FILES.joinpath("papers.css").read_text(encoding="utf-8")
-    digests = (hashlib.sha256(script.encode("utf-8")).digest() for script in (plotly_script(), _script()))
-    hashes = " ".join(f"'sha256-{base64.b64encode(digest).decode('ascii')}'" for digest in digests)
-    # The two scripts by their hash and nothing else: no network.
-    policy = (
-        f"default-src 'none'; script-src {hashes}; style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; "
-        "form-action 'none'"
-    )
-    return "\n".join(
-        [
-            '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
-            f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
-            '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            '<meta name="color-scheme" content="light dark">',
-            f"<title>{escape(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>",
-            body,
-            "<noscript><p>The plots need JavaScript; the words do not.</p></noscript>",
-            *data,
-            f"<script>{plotly_script()}</script>",
-            f"<script>{_script()}</script>",
-            "</body>\n</html>\n",
-        ]
-    )

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
-from functools import cache
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
 
-from .assets import plotly_script, safe_script, style_sheet
 from .encode import RawJson, encode_curve, numbers, pool_map, to_json
 from .figures import figure, figures
 from .tables import sortable_table
 from .text import cell, clean, display_unit, escape, number
+from .whole_page import whole_page
 
-_OWN_FILES = files(__package__ or "rotorwise.diagnose.report")
 _POINTS = 6000
 _MAP_ROWS, _MAP_COLUMNS = 220, 250
 _EMPTY = {"spectrum": [], "envelope": [], "waveform": [], "map": None, "orbit": None, "cursors": [], "speedHz": None}
@@ -86,7 +81,7 @@ class SignalPage:
             f"<section>{''.join(self.blocks)}{figures(self.payload, 'f0', 3)}</section></article></main>"
         )
         data = f'<script type="application/json" id="data-f0">{to_json(self.payload)}</script>'
-        return _page(f"{self.command}: {self.file_name}", body, data)
+        return whole_page(body, [data], title=f"{self.command}: {self.file_name}", scripts=("signal.js", "report.js"))
 
     def _next(self, kind: str) -> str:
         return f"{kind}-{1 + sum(key.startswith(kind) for key in self.payload)}"
@@ -184,34 +179,3 @@ def _cell(value: Any) -> str:
         shown = None if value is None else float(value)
         return cell(number(shown, digits=5), shown)
     return f"<td>{escape(value)}</td>"
-
-
-@cache
-def _script() -> str:
-    parts = (_OWN_FILES.joinpath(name).read_text(encoding="utf-8") for name in ("plots.js", "signal.js", "report.js"))
-    return safe_script("\n".join(parts))
-
-
-def _page(title: str, body: str, data: str) -> str:
-    digests = (hashlib.sha256(script.encode("utf-8")).digest() for script in (plotly_script(), _script()))
-    hashes = " ".join(f"'sha256-{base64.b64encode(digest).decode('ascii')}'" for digest in digests)
-    # The two scripts by their hash and nothing else: no network.
-    policy = (
-        f"default-src 'none'; script-src {hashes}; style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; "
-        "form-action 'none'"
-    )
-    return "\n".join(
-        [
-            '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
-            f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
-            '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            '<meta name="color-scheme" content="light dark">',
-            f"<title>{escape(title)}</title>\n<style>\n{style_sheet()}</style>\n</head>\n<body>",
-            body,
-            "<noscript><p>The plots need JavaScript; the words and the tables do not.</p></noscript>",
-            data,
-            f"<script>{plotly_script()}</script>",
-            f"<script>{_script()}</script>",
-            "</body>\n</html>\n",
-        ]
-    )

@@ -12,8 +12,8 @@ from ..papers_files import write_whole
 from ..zones.table import TABLE_UNIT_TO_SI
 from .encode import numbers, to_json
 from .papers_figure import Figure
-from .papers_page import figure_page
 from .text import escape
+from .whole_page import whole_page
 from .write import check_free
 
 
@@ -48,7 +48,7 @@ def write_page(
     )
     content = to_json({"map": figure.payload()})
     script = f'<script type="application/json" class="figures">{content}</script>'
-    page = figure_page(body, [script], title=f"Misalignment: {title}")
+    page = whole_page(body, [script], title=f"Misalignment: {title}", scripts=("papers.js",), styles=("papers.css",))
     check_free(path.resolve(), force=force)
     write_whole(path, page)
 

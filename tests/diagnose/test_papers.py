@@ -6,12 +6,10 @@ import io
 import json
 import math
 import re
-import shutil
 import stat
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -273,21 +271,3 @@ def test_page_draws_and_fits(page: Path, browser: Any, width: int, dark: bool) -
     )
     assert all(abs(a - b) > 1e-3 * b for a, b in zip(before, browser.execute_script(heights), strict=True))
     assert browser.get_log("browser") == []
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
-    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
-    if not chromium or not driver:
-        pytest.skip(f"no headless browser: chromium {chromium}, chromedriver {driver}")
-    options = webdriver.ChromeOptions()
-    options.binary_location = chromium
-    flags = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync")
-    more = ("--disable-background-networking", "--disable-component-update", "--window-size=1280,900")
-    for flag in (*flags, *more, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    running = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
-    yield running
-    running.quit()

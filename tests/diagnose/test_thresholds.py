@@ -5,10 +5,8 @@ from __future__ import annotations
 import json
 import math
 import re
-import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -253,21 +251,3 @@ def test_page_draws_each_zone_where_its_limit_says(made: tuple[dict[str, Any], P
     for low, high, edges in maps:
         assert [low + (high - low) * edge for edge in edges[1:-1:2]] == pytest.approx([37.5, 50.0, 62.5])
     assert browser.get_log("browser") == []
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
-    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
-    if not chromium or not driver:
-        pytest.skip(f"no headless browser: chromium {chromium}, chromedriver {driver}")
-    options = webdriver.ChromeOptions()
-    options.binary_location = chromium
-    flags = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync")
-    more = ("--disable-background-networking", "--disable-component-update", "--window-size=1280,900")
-    for flag in (*flags, *more, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    running = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
-    yield running
-    running.quit()

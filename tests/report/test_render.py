@@ -133,7 +133,7 @@ def page(make) -> str:
 @pytest.fixture
 def short_plotly(monkeypatch: pytest.MonkeyPatch) -> None:
     """Put a stand-in for plotly's five megabytes, so that hostile names can be tried by the hundred."""
-    monkeypatch.setattr("rotorwise.diagnose.report.page.plotly_script", lambda: "/* plotly */")
+    monkeypatch.setattr("rotorwise.diagnose.report.whole_page.plotly_script", lambda: "/* plotly */")
 
 
 def test_nothing_is_fetched(page: str) -> None:

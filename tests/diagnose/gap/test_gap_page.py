@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -218,21 +216,3 @@ def opened(browser: Any, page: Path, width: int, dark: bool) -> Any:
     browser.get(page.as_uri())
     WebDriverWait(browser, 30).until(lambda one: one.execute_script(READY))
     return browser
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
-    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
-    if not chromium or not driver:
-        pytest.skip(f"no headless browser: chromium {chromium}, chromedriver {driver}")
-    options = webdriver.ChromeOptions()
-    options.binary_location = chromium
-    flags = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync")
-    more = ("--disable-background-networking", "--disable-component-update", "--window-size=1280,900")
-    for flag in (*flags, *more, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    running = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
-    yield running
-    running.quit()
