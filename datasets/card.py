@@ -71,7 +71,8 @@ def _machine(recipe: Recipe, one: MachineRecipe) -> list[str]:
         f"## Machine {one.name}",
         "",
         f"{one.machine.definition.meaning}. Preset {one.machine.preset_name}; {recipe.draws} machine draws, "
-        f"{one.per_draw} signals each, {one.duration_s:g} s at {one.rate_hz:g} Hz.",
+        f"{one.per_draw} signals each, {one.duration_s:g} s at {one.rate_hz:g} Hz"
+        + (f", {one.records} of each run." if one.records > 1 else "."),
         "",
         *_table(("drawn for each machine", "values"), rows),
     ]
