@@ -186,6 +186,9 @@ def calibrated(
     current = start(machine, predictor, tell=tell)
     for count in range(LINEARISED):
         tell(f"calibration, step {count + 1}")
+        if not predictor.repeats(machine):
+            # Each slope is a simulation: the first ones have to do.
+            return _descended(current, machine, healthy, predictor)
         found = _descended(current, machine, healthy, predictor)
         far = np.abs(found.position - current.position).max(initial=0.0) > NEAR
         current = again(found, machine, predictor) if found is not current else current

@@ -20,7 +20,7 @@ from .lines import OrderLines
 from .observe import observe_orders, with_floor, with_reference
 from .predict import Predictor
 from .result import GapResult
-from .screen import Atom, atoms_of, reach
+from .screen import Atom, atoms_of, explainable, reach
 from .search import Screening, search, telling_conditions
 from .shown_lines import may_show
 from .unknown_force import force_kernels
@@ -33,6 +33,8 @@ HIGHEST_ORDER = 6.0
 CONDITIONS_TO_HOLD_OUT = 4
 #: Conditions in which all candidates are screened; the best are then followed in all of them.
 SCREENED_CONDITIONS = 3
+#: The same where every response is a simulation in time, and candidates that are then followed further.
+SCREENED_IN_TIME, FOLLOWED_IN_TIME = 2, 16
 
 #: Relative change of any line from one run of the same machine to the next, its speed and temperature nearly the same.
 REPEATABILITY = 0.005
@@ -119,7 +121,8 @@ def explain_gap(
     problem = prepared.problem(prepared.fitted)
     part = problem.predictor
     compared = problem.plain()
-    chosen = telling_conditions(compared, SCREENED_CONDITIONS)
+    periodic = part.repeats(problem.baseline.machine)
+    chosen = telling_conditions(compared, SCREENED_CONDITIONS if periodic else SCREENED_IN_TIME)
     screened, few = prepared.problem([prepared.fitted[i] for i in chosen]).plain(), part.select(chosen)
     own, deviations = problem.baseline.machine, screened.lines.deviations
 
@@ -197,12 +200,34 @@ def responses(
 ) -> tuple[dict[Candidate, tuple[Atom, ...]], dict[str, str]]:
     """Return each candidate's responses on a coarse grid, and the effects that have none with the reason."""
     library = {}
+    competing = _most_explaining(competing, machine, predictor, screened, tell)
     for number, candidate in enumerate(competing):
         tell(f"responses {number + 1} of {len(competing)}: {candidate}")
         library[candidate] = atoms_of(candidate, machine, predictor, deviations=screened.lines.deviations)
     names = dict.fromkeys(one.name for one in competing)
     silent = [name for name in names if not any(own for one, own in library.items() if one.name == name)]
     return library, {name: "adds nothing to the lines that are compared here" for name in silent}
+
+
+def _most_explaining(
+    competing: Sequence[Candidate], machine: Machine, predictor: Predictor, screened: Comparison, tell: Tell
+) -> list[Candidate]:
+    """Return the candidates but for those simulated in time that can explain least, where these are many."""
+    in_time = []
+    for one in competing:
+        middle = one.at(np.zeros(len(one.coordinates)))
+        if middle.STAGE == "sensor" and predictor.repeats(machine):
+            continue
+        if not predictor.repeats(machine.with_effects(middle)):
+            in_time.append(one)
+    if len(in_time) <= FOLLOWED_IN_TIME:
+        return list(competing)
+    share = {}
+    for number, one in enumerate(in_time):
+        tell(f"first look {number + 1} of {len(in_time)}: {one}")
+        share[one] = explainable(one, machine, predictor, screened)
+    kept = set(sorted(in_time, key=lambda one: -share[one])[:FOLLOWED_IN_TIME])
+    return [one for one in competing if one in kept or one not in share]
 
 
 def _predictor(lines: OrderLines, recordings: Sequence[Recording]) -> Predictor:

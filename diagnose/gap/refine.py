@@ -198,8 +198,8 @@ def jointly(fit: Fit, problem: Problem, *, moves: int) -> Fit:
     slopes).
     """
     baseline = problem.baseline
-    if problem.predictor.repeats(baseline.machine) and not problem.predictor.repeats(fit.machine(baseline.machine)):
-        # What does not repeat adds to lines that the machine's own parameters hardly move.
+    if not problem.predictor.repeats(fit.machine(baseline.machine)):
+        # Each slope is a simulation; what does not repeat adds to lines that the machine's own parameters hardly move.
         return fit
     everything = replace(baseline, active=np.ones(baseline.position.size, dtype=bool))
     try:

@@ -106,6 +106,27 @@ def atoms_of(
     return tuple(found)
 
 
+def explainable(candidate: Candidate, machine: Machine, predictor: Predictor, compared: Comparison) -> float:
+    """Return the most of the squared residual that a candidate can explain, whatever its strength, angles and law.
+
+    Its response at the prior's middle, with a complex factor of its own at each order. -1 where it has none.
+    """
+    try:
+        middle = Responses([candidate], machine, predictor)(np.zeros(len(candidate.coordinates)))
+    except UnpredictableError:
+        return -1.0
+    present = np.flatnonzero(np.abs(middle).max(axis=(0, 1)) > 0)
+    if not present.size:
+        return -1.0
+    single = np.zeros((present.size, *middle.shape), dtype=complex)
+    for row, order in enumerate(present):
+        single[row, :, :, order] = middle[:, :, order]
+    white = compared.whitened(np.concatenate([single, 1j * single]))
+    size = np.linalg.norm(white, axis=1)
+    basis = np.linalg.qr(white[size > 1e-9 * size.max()].T)[0]
+    return float(((basis.T @ compared.residual) ** 2).sum())
+
+
 def reach(candidate: Candidate, machine: Machine, predictor: Predictor, deviations: np.ndarray) -> float:
     """Return how far a candidate with one strength moves any line at its median, in standard deviations of noise.
 
@@ -141,10 +162,13 @@ def _atoms(
         if i not in moving:
             centre[i] = coordinates[i].coordinate(coordinates[i].parameter.zero or 0.0)
     first = response(centre)
-    if not np.abs(first).max() > 0 or _is_invisible(response, centre, first, moving, deviations):
+    in_time = not response.repeats(centre)
+    if not np.abs(first).max() > 0:
         return []
-    if not response.repeats(centre):
+    if in_time:
         most = min(most, MOST_IN_TIME)
+    elif _is_invisible(response, centre, first, moving, deviations):
+        return []
     angles = [i for i, c in enumerate(coordinates) if c.is_angle]
     turning = next((i for i in angles if _only_turns(response, centre, first, i, orders)), -1)
     proportional = bool(moving) and _is_proportional(candidate, response, centre, first, moving)

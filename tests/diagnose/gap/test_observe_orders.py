@@ -2,8 +2,13 @@
 
 import numpy as np
 import pytest
-from rotorwise.datasets.recording import Channel, Recording
-from rotorwise.diagnose.gap.observe import UnusableRecordingError, observe_orders, order_amplitudes_with_noise
+from rotorwise.datasets.recording import Channel, OperatingCondition, Recording
+from rotorwise.diagnose.gap.observe import (
+    UnusableRecordingError,
+    observe_orders,
+    order_amplitudes_with_noise,
+    with_reference,
+)
 
 ORDERS = np.array([0.5, 1.0, 2.0, 3.0])
 TURNS = np.arange(8000) / 100
@@ -66,3 +71,28 @@ def test_a_short_record_and_a_missing_channel_are_said():
         observe_orders([_recording(np.ones(600) * np.arange(600))], orders=[1.0], channels={"a": "a"})
     with pytest.raises(UnusableRecordingError, match="no channel 'b'"):
         observe_orders([_recording(np.arange(8000.0))], orders=[1.0], channels={"b": "b"})
+
+
+def test_without_a_tacho_phases_are_those_between_probes():
+    # Two records of one motion that begin at different angles, their speed known to 0.05 %.
+    found = []
+    for start in (0.0, 0.37):
+        turns = start + 25.0 * np.arange(8000) / 2000.0
+        a = np.cos(2 * np.pi * turns + 0.3) + 0.2 * np.cos(4 * np.pi * turns)
+        b = 0.5 * np.cos(2 * np.pi * turns + 1.1) + 0.1 * np.cos(4 * np.pi * turns - 0.5)
+        noise = 1e-3 * np.random.default_rng(int(10 * start)).normal(size=(2, 8000))
+        recording = Recording(
+            np.stack([a, b]) + noise,
+            2000.0,
+            (Channel("a", "displacement"), Channel("b", "displacement")),
+            condition=OperatingCondition(speed_rpm=1500.75),
+        )
+        found.append(observe_orders([recording], orders=[1.0, 2.0], channels={"a": "a", "b": "b"}))
+    first, second = with_reference(*found)
+    assert not first.conditions[0].tied
+    assert first.reference == (0, 0)
+    assert first.conditions[0].speed_rpm == pytest.approx(1500.0, rel=2e-5)
+    assert first.amplitudes == pytest.approx(second.amplitudes, abs=2e-3)
+    assert first.amplitudes[0, 1] == pytest.approx([0.5 * np.exp(0.8j), 0.1 * np.exp(-0.5j)], abs=2e-3)
+    # The reference's own phase says nothing, so that only its size is compared.
+    assert first.parts[1, 0].tolist() == [[False, False], [True, True]]

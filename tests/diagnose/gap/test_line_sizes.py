@@ -1,0 +1,84 @@
+"""Sizes of lines without phase: closed forms, and noise that must not look like a line."""
+
+import numpy as np
+import pytest
+from rotorwise.diagnose.gap.line_sizes import line_sizes
+from rotorwise.diagnose.gap.lines import LineKind
+
+RATE_HZ, SPEED_HZ, SAMPLES = 5000.0, 25.0, 20000
+TIME_S = np.arange(SAMPLES) / RATE_HZ
+TURNS = SPEED_HZ * TIME_S
+PLAIN, ENVELOPE = LineKind(phase=False), LineKind(phase=False, envelope=True)
+LOCKED = np.array([1.0, 2.0, 3.0])
+
+
+def _sizes(signal, orders, kinds, *, locked=(0.0, 0.0, 0.0)):
+    found = line_sizes(
+        signal[None],
+        rate_hz=RATE_HZ,
+        turns=TURNS,
+        locked=(LOCKED, np.array([locked], dtype=complex)),
+        orders=orders,
+        kinds=kinds,
+        accelerations=[True],
+    )
+    return found[0][0], found[1][0]
+
+
+def test_a_sine_between_the_orders_has_its_amplitude():
+    size, _ = _sizes(0.3 * np.cos(2 * np.pi * 2.44 * TURNS + 0.4), [2.44], [PLAIN])
+    assert size == pytest.approx([0.3], rel=0.01)
+
+
+def test_a_line_at_a_fixed_frequency():
+    kind = LineKind(phase=False, frequency_hz=60.0)
+    size, _ = _sizes(0.2 * np.sin(2 * np.pi * 60 * TIME_S), [0.0], [kind])
+    assert size == pytest.approx([0.2], rel=0.01)
+
+
+def test_a_slipping_line_keeps_its_power():
+    # Its frequency wanders by half a percent: the peak sinks, the band's power stays.
+    wander = np.cumsum(np.random.default_rng(0).normal(size=SAMPLES)) * 2e-3
+    size, _ = _sizes(0.3 * np.cos(2 * np.pi * 12.37 * TURNS + wander), [12.37], [PLAIN])
+    assert size == pytest.approx([0.3], rel=0.15)
+
+
+def test_orders_of_the_shaft_do_not_leak_into_their_neighbours():
+    signal = np.cos(2 * np.pi * 3 * TURNS)
+    size, _ = _sizes(signal, [3.12], [PLAIN], locked=(0.0, 0.0, 1.0))
+    assert size[0] < 1e-3
+
+
+def test_a_line_too_close_to_a_shaft_order_is_not_seen():
+    _, deviation = _sizes(np.cos(2 * np.pi * 2.005 * TURNS), [2.005], [PLAIN])
+    assert np.isinf(deviation[0])
+
+
+def test_the_envelope_shows_the_depth_of_a_modulation():
+    carrier = np.cos(2 * np.pi * 1200 * TIME_S)
+    size, _ = _sizes((1 + 0.5 * np.cos(2 * np.pi * 2.95 * TURNS)) * carrier, [2.95], [ENVELOPE])
+    assert size == pytest.approx([0.5], rel=0.02)
+
+
+@pytest.mark.parametrize("kind", [PLAIN, ENVELOPE])
+def test_noise_is_no_line(kind):
+    generator = np.random.default_rng(1)
+    far = 0
+    for _ in range(40):
+        size, deviation = _sizes(generator.normal(size=SAMPLES), [2.44, 2.95, 4.4, 5.6], [kind] * 4)
+        far += int((size > 3 * deviation).sum())
+    # 160 looks; a normal variable would be beyond 3 in 0.2 of them.
+    assert far <= 1
+
+
+def test_channels_that_are_no_accelerations_have_no_envelope_lines():
+    _, deviation = line_sizes(
+        np.ones((1, SAMPLES)) * np.cos(7 * TIME_S),
+        rate_hz=RATE_HZ,
+        turns=TURNS,
+        locked=(LOCKED, np.zeros((1, 3), dtype=complex)),
+        orders=[2.95],
+        kinds=[ENVELOPE],
+        accelerations=[False],
+    )
+    assert np.isinf(deviation).all()

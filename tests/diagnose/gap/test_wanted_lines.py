@@ -1,0 +1,36 @@
+"""Which lines are looked at."""
+
+import pytest
+from rotorwise.diagnose.gap.lines import LineKind
+from rotorwise.diagnose.gap.wanted_lines import same_line, wanted_lines
+from rotorwise.simulators.machine import find_machine
+
+SPEEDS_RPM = (1200.0, 1800.0, 2400.0)
+
+
+@pytest.mark.parametrize("name", ["amb_rotor", "gearbox", "rigid_coupling", "test_rig"])
+def test_lines_with_phase_are_shaft_orders_and_no_line_comes_twice(name):
+    orders, kinds = wanted_lines(find_machine(name), highest=6.0, speeds_rpm=SPEEDS_RPM)
+    with_phase = [order for order, kind in zip(orders, kinds, strict=True) if kind.phase]
+    assert {0.5, 1.0, 2.0, 3.0} <= set(with_phase)
+    assert max(with_phase) <= 6
+    assert len(set(with_phase)) == len(with_phase)
+    others = [(order, kind) for order, kind in zip(orders, kinds, strict=True) if not kind.phase]
+    for number, (order, kind) in enumerate(others):
+        for other, its in others[:number]:
+            if kind.envelope == its.envelope:
+                assert not same_line((order, kind.frequency_hz), (other, its.frequency_hz), SPEEDS_RPM)
+
+
+def test_bearing_lines_are_looked_for_in_the_envelope():
+    rig = find_machine("test_rig")
+    orders, kinds = wanted_lines(rig, highest=6.0, speeds_rpm=SPEEDS_RPM)
+    envelope = [order for order, kind in zip(orders, kinds, strict=True) if kind.envelope]
+    bearing = rig.bare_assembly().component("bearing", "")
+    pass_order = bearing.geometry.balls * bearing.damage.cage_order(bearing.geometry, bearing.shaft_ratio)
+    assert any(order == pytest.approx(pass_order, rel=0.02) for order in envelope)
+
+
+def test_the_supply_is_looked_for_at_its_own_frequency():
+    orders, kinds = wanted_lines(find_machine("rigid_coupling"), highest=6.0, speeds_rpm=SPEEDS_RPM)
+    assert (0.0, LineKind(phase=False, frequency_hz=100.0)) in zip(orders, kinds, strict=True)
