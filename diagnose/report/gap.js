@@ -99,6 +99,7 @@ function drawGapConditions(state) {
     yaxis: axis(`${plotText(state.payload.orders[line])} (${unit})`, phase ? { range: [-190, 190], dtick: 90 } : { range: [0, 1.08 * top], exponentformat: "power" }),
   });
   if (!at.numeric && upright) { plan.margin.b = 14 + GAP_PANEL.labelHeight * longest; plan.height += plan.margin.b - MARGIN.bottom; }
+  caption(state, phase && !state.payload.phased[line] ? "Only the size of this line is compared: it keeps no phase to the shaft." : "");
   return show(state.canvas, traces, plan);
 }
 

@@ -15,7 +15,7 @@ from ..gap.words import (
     gain_words,
     headline,
     hypothesis_words,
-    line_words,
+    line_names,
     mesh_orders,
     not_compared_words,
     open_words,
@@ -116,8 +116,8 @@ def residual_table(result: GapResult) -> str:
     if not result.residuals:
         return "<p>No line was compared.</p>"
     units = {one.name: one.unit for one in result.machine.bare_assembly().probes}
-    gears = mesh_orders(result.machine)
-    rows = [_residual_row(line, result, units.get(line.probe, ""), gears) for line in result.residuals]
+    names = line_names(result.measured, mesh_orders(result.machine))
+    rows = [_residual_row(line, result, units.get(line.probe, ""), names[line.column]) for line in result.residuals]
     caption = "Sigma: distance before, in standard deviations of everything uncertain"
     first = sortable_table(_HEADS, rows[:MOST_RESIDUALS], caption=caption, css="gap-table")
     if len(rows) <= MOST_RESIDUALS:
@@ -126,14 +126,14 @@ def residual_table(result: GapResult) -> str:
     return f'{first}<details class="fold"><summary>All {len(rows)} lines</summary>{every}</details>'
 
 
-def _residual_row(line: ResidualLine, result: GapResult, unit: str, gears: Sequence[float]) -> str:
+def _residual_row(line: ResidualLine, result: GapResult, unit: str, name: str) -> str:
     measured = result.measured
-    probe, order = measured.probes.index(line.probe), measured.orders.index(line.order)
-    after = abs(complex(result.after[line.condition, probe, order]))
+    probe = measured.probes.index(line.probe)
+    after = abs(complex(result.after[line.condition, probe, line.column]))
     sizes = (abs(line.measured), abs(line.simulated), after)
     condition = measured.conditions[line.condition]
     return (
-        f'<tr><th scope="row" data-v="{line.order:.9g}">{escape(line_words(line.order, gears))}</th>'
+        f'<tr><th scope="row" data-v="{line.order:.9g}">{escape(name)}</th>'
         f'<td>{escape(line.probe)}</td><td data-v="{condition.speed_rpm:.9g}">{escape(condition)}</td>'
         + "".join(cell(printed(amplitude_words(size, unit)), size) for size in sizes)
         + cell(fixed(line.sigma, 1) if line.sigma < 100 else number(line.sigma), line.sigma)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..gap.result import GapResult
-from ..gap.words import line_words, mesh_orders, readable_unit
+from ..gap.words import line_names, mesh_orders, readable_unit
 from .encode import numbers
 from .figures import figure
 from .text import escape
@@ -22,16 +22,16 @@ _LEGEND = (
 def gap_payload(result: GapResult) -> dict[str, Any]:
     """Return what the script draws: amplitudes in readable units by probe, condition and order.
 
-    ``left`` is the distance from the measured line, phase included.
+    ``left`` is the distance from the measured line, phase included where it has one.
     """
     measured = result.measured
-    gears = mesh_orders(result.machine)
     return {
         "conditions": [
             {"name": str(one), "speed": one.speed_rpm, "load": one.load, "heldOut": i in result.gain.held_out}
             for i, one in enumerate(measured.conditions)
         ],
-        "orders": [line_words(order, gears) for order in measured.orders],
+        "orders": line_names(measured, mesh_orders(result.machine)),
+        "phased": [kind.phase for kind in measured.kinds],
         "probes": [_probe(result, number) for number in range(len(measured.probes))],
     }
 
@@ -45,6 +45,7 @@ def _probe(result: GapResult, number: int) -> dict[str, Any]:
     largest = np.nanmax(np.abs(np.concatenate([lines[seen], before.ravel(), after.ravel()])), initial=0.0)
     factor, name = readable_unit(unit, largest=float(largest))
     noise = np.where(seen, measured.deviations[:, number], np.nan)
+    phased = np.array([kind.phase for kind in measured.kinds])
 
     def rows(values: np.ndarray, form: Callable[[np.ndarray], np.ndarray] = np.abs) -> list[Any]:
         return [numbers(one) for one in factor * form(values)]
@@ -59,7 +60,7 @@ def _probe(result: GapResult, number: int) -> dict[str, Any]:
         "leftBefore": rows(lines - before),
         "leftAfter": rows(lines - after),
         "phases": [
-            [numbers(one) for one in np.degrees(np.angle(values))]
+            [numbers(one) for one in np.where(phased, np.degrees(np.angle(values)), np.nan)]
             for values in (np.where(seen, lines, 0.0), before, after)
         ],
     }
@@ -70,7 +71,7 @@ def gap_figures(result: GapResult) -> str:
     if not result.measured.conditions:
         return "<p>No condition was compared.</p>"
     first, worst = _worst(result)
-    gears = mesh_orders(result.machine)
+    names = line_names(result.measured, mesh_orders(result.machine))
     probes = _chooser("channel", "Probe", list(result.measured.probes), first)
     views = _chooser("series", "Show", ["amplitudes", "what is left"], 0)
     scale = (
@@ -85,7 +86,7 @@ def gap_figures(result: GapResult) -> str:
         "measured points are two standard deviations of the noise.",
         3,
     )
-    lines = _chooser("series", "Line", [line_words(order, gears) for order in result.measured.orders], worst)
+    lines = _chooser("series", "Line", names, worst)
     axes = (
         '<label>Show <select data-role="axis"><option value="amplitude">amplitude</option>'
         '<option value="phase">phase</option></select></label>'
@@ -104,7 +105,7 @@ def _worst(result: GapResult) -> tuple[int, int]:
     """Return the numbers of the probe and the order of the largest residual."""
     measured = result.measured
     for line in result.residuals[:1]:
-        return measured.probes.index(line.probe), measured.orders.index(line.order)
+        return measured.probes.index(line.probe), line.column
     return 0, min(range(len(measured.orders)), key=lambda k: abs(measured.orders[k] - 1))
 
 

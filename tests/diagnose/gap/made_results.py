@@ -49,7 +49,7 @@ def made(kind: str, *, effects: Sequence[Effect] | None = None, seed: int = 0) -
     if kind != "none":
         measured[:, :, 1] *= 4
         residuals = tuple(
-            ResidualLine(PROBES[p], 1.0, c, complex(measured[c, p, 1]), complex(before[c, p, 1]), 90.0 - 10 * c - p)
+            ResidualLine(PROBES[p], 1.0, c, 1, complex(measured[c, p, 1]), complex(before[c, p, 1]), 90.0 - 10 * c - p)
             for c in (0, 2, 3)
             for p in range(len(PROBES))
         )

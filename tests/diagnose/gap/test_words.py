@@ -7,12 +7,13 @@ import json
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rich.console import Console
 from rotorwise.diagnose.gap.json_form import as_json
-from rotorwise.diagnose.gap.lines import Condition
+from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
 from rotorwise.diagnose.gap.result import KINDS, Estimate, Gain, ResidualLine
 from rotorwise.diagnose.gap.terminal import show
 from rotorwise.diagnose.gap.words import (
@@ -21,6 +22,7 @@ from rotorwise.diagnose.gap.words import (
     gain_words,
     gap_words,
     headline,
+    line_names,
     line_words,
     mesh_orders,
     not_compared_words,
@@ -35,19 +37,52 @@ from rotorwise.simulators.machine import find_machine
 from .made_results import CONDITIONS, GAIN, made
 
 MACHINE = find_machine("amb_rotor")
+SHAPE = (len(CONDITIONS), 1, 9)
+WORDED = OrderLines(
+    CONDITIONS, ("path_1",), (0.5, *map(float, range(1, 9))), np.zeros(SHAPE, dtype=complex), np.ones(SHAPE)
+)
 ANY = st.floats(allow_nan=True, allow_infinity=True)
 
 
 def residual(order: float, measured: complex, simulated: complex, *, sigma: float = 50.0, condition: int = 0):
-    return ResidualLine("path_1", order, condition, measured, simulated, sigma)
+    return ResidualLine("path_1", order, condition, WORDED.orders.index(order), measured, simulated, sigma)
+
+
+def _in(conditions: tuple[Condition, ...]) -> OrderLines:
+    return replace(
+        WORDED,
+        conditions=conditions,
+        amplitudes=WORDED.amplitudes[: len(conditions)],
+        deviations=WORDED.deviations[: len(conditions)],
+    )
 
 
 # ---- the gap ----
 
 
+def test_lines_without_phase_are_named_by_where_they_stand() -> None:
+    kinds = (
+        LineKind(),
+        LineKind(phase=False, envelope=True),
+        LineKind(phase=False, frequency_hz=100.0),
+        LineKind(phase=False, frequency_hz=-5.0),
+        LineKind(phase=False, envelope=True, frequency_hz=5.0),
+    )
+    shape = (1, 1, len(kinds))
+    # The same order twice, and two lines of order 0: only the column tells them apart.
+    lines = OrderLines(
+        CONDITIONS[:1], ("path_1",), (2.95, 2.95, 0.0, 1.0, 0.0), np.ones(shape, dtype=complex), np.ones(shape), kinds
+    )
+    names = ["2.95X", "envelope, 2.95X", "100 Hz", "1X - 5 Hz", "envelope, 5 Hz"]
+    assert line_names(lines) == names
+    for column, name in enumerate(names):
+        wrong = ResidualLine("path_1", 2.95, 0, column, 3.0, 1.0, 50.0)
+        assert gap_words([wrong], lines, MACHINE, whole=4).endswith(f"the model lacks {name}.")
+
+
 def test_a_line_is_lacking_too_much_or_turned() -> None:
     lines = [residual(1.0, 3.0, 1.0), residual(2.0, 1.0, 3.0), residual(3.0, 1.0, -1.0)]
-    said = gap_words(lines, CONDITIONS, MACHINE, whole=4)
+    said = gap_words(lines, WORDED, MACHINE, whole=4)
     assert said == "At 1500 rpm the model lacks 1X, has too much 2X and gets the phase wrong of 3X."
 
 
@@ -57,18 +92,18 @@ def test_only_notable_lines_are_named_and_the_clearest_first() -> None:
         residual(1.0, 3, 1, sigma=90),
         residual(3.0, 3, 1, sigma=NOTABLE_SIGMA - 0.1),
     ]
-    assert "lacks 1X and 2X." in gap_words(lines, CONDITIONS, MACHINE, whole=4)
-    assert "No line differs" in gap_words(lines[2:], CONDITIONS, MACHINE, whole=4)
+    assert "lacks 1X and 2X." in gap_words(lines, WORDED, MACHINE, whole=4)
+    assert "No line differs" in gap_words(lines[2:], WORDED, MACHINE, whole=4)
     many = [residual(float(k), 3, 1) for k in range(1, 8)]
-    assert gap_words(many, CONDITIONS, MACHINE, whole=4).endswith("; 3 more orders are wrong.")
+    assert gap_words(many, WORDED, MACHINE, whole=4).endswith("; 3 more lines are wrong.")
 
 
 def test_conditions_are_named_by_speed_and_by_load_where_it_varies() -> None:
     where = [residual(1.0, 3, 1, condition=i) for i in (2, 0)]
-    assert gap_words(where, CONDITIONS, MACHINE, whole=4).startswith("At 1500 and 3300 rpm")
-    assert gap_words(where, CONDITIONS, MACHINE, whole=2).startswith("In all 2 fitted conditions")
+    assert gap_words(where, WORDED, MACHINE, whole=4).startswith("At 1500 and 3300 rpm")
+    assert gap_words(where, WORDED, MACHINE, whole=2).startswith("In all 2 fitted conditions")
     loaded = (Condition(1500.0, 10.0), Condition(1500.0), Condition(1500.0, 50.0))
-    assert gap_words(where, loaded, MACHINE, whole=3).startswith("At 1500 rpm, load 10 and 1500 rpm, load 50")
+    assert gap_words(where, _in(loaded), MACHINE, whole=3).startswith("At 1500 rpm, load 10 and 1500 rpm, load 50")
 
 
 @given(st.integers(1, 4), st.integers(-3, 3))
