@@ -6,15 +6,16 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..json_output import number
-from .lines import Condition
+from .lines import Condition, LineKind
 from .result import Cause, Estimate, GapResult, ResidualLine
-from .words import sentence_of
+from .words import line_names, mesh_orders, sentence_of
 
 
 def as_json(result: GapResult) -> dict[str, Any]:
     """Return a result as a dictionary of JSON types; numbers that are not finite become None."""
     measured = result.measured
     conditions = [_condition(one) for one in measured.conditions]
+    names = line_names(measured, mesh_orders(result.machine))
     return {
         "verdict": {
             "kind": result.kind,
@@ -26,7 +27,7 @@ def as_json(result: GapResult) -> dict[str, Any]:
         "probabilities": [
             {"effects": list(names), "probability": number(value)} for names, value in result.probabilities.items()
         ],
-        "residuals": [_residual(one, measured.conditions) for one in result.residuals],
+        "residuals": [_residual(one, measured.conditions, names) for one in result.residuals],
         "gain": {
             "held_out_db": number(result.gain.held_out_db),
             "calibration_only_db": number(result.gain.calibration_only_db),
@@ -42,6 +43,7 @@ def as_json(result: GapResult) -> dict[str, Any]:
         "conditions": conditions,
         "probes": list(measured.probes),
         "orders": [number(order) for order in measured.orders],
+        "lines": [_line(name, kind) for name, kind in zip(names, measured.kinds, strict=True)],
         "not_compared": dict(result.not_compared),
         "remarks": list(result.remarks),
     }
@@ -61,14 +63,24 @@ def _estimate(one: Estimate) -> dict[str, Any]:
     return {"value": number(one.value), "low": number(one.low), "high": number(one.high), "unit": one.unit}
 
 
-def _residual(line: ResidualLine, conditions: Sequence[Condition]) -> dict[str, Any]:
+def _residual(line: ResidualLine, conditions: Sequence[Condition], names: Sequence[str]) -> dict[str, Any]:
     return {
         "probe": line.probe,
+        "line": names[line.column],
         "order": number(line.order),
         "condition": _condition(conditions[line.condition]),
         "measured": _complex(line.measured),
         "simulated": _complex(line.simulated),
         "sigma": number(line.sigma),
+    }
+
+
+def _line(name: str, kind: LineKind) -> dict[str, Any]:
+    return {
+        "name": name,
+        "phase": kind.phase,
+        "envelope": kind.envelope,
+        "frequency_hz": number(kind.frequency_hz),
     }
 
 

@@ -64,8 +64,9 @@ class ResidualLine:
     ----------
     probe : str
     order : float
-    condition : int
-        Number of the condition in the lines.
+        Multiple of the shaft's speed in that condition.
+    condition, column : int
+        Numbers of the condition and of the line in the lines.
     measured, simulated : complex
         Amplitudes in the probe's SI unit.
     sigma : float
@@ -75,6 +76,7 @@ class ResidualLine:
     probe: str
     order: float
     condition: int
+    column: int
     measured: complex
     simulated: complex
     sigma: float

@@ -16,7 +16,7 @@ from .words import (
     decibel_words,
     estimate_words,
     hypothesis_words,
-    line_words,
+    line_names,
     mesh_orders,
     not_compared_words,
     parameter_label,
@@ -70,15 +70,15 @@ def _residuals(result: GapResult) -> Table:
     table = Table(box=None, padding=(0, 2, 0, 0), show_edge=False)
     for heading in ("line", "probe", "condition", "measured", "simulated", "sigma"):
         table.add_column(heading, justify="right" if heading in ("measured", "simulated", "sigma") else "left")
-    units, gears = probe_units(result), mesh_orders(result.machine)
+    units, names = probe_units(result), line_names(result.measured, mesh_orders(result.machine))
     for line in result.residuals[:MOST_RESIDUALS]:
-        table.add_row(*(escape(text) for text in _row(line, result, units.get(line.probe, ""), gears)))
+        table.add_row(*(escape(text) for text in _row(line, result, units.get(line.probe, ""), names[line.column])))
     return table
 
 
-def _row(line: ResidualLine, result: GapResult, unit: str, gears: Sequence[float]) -> tuple[str, ...]:
+def _row(line: ResidualLine, result: GapResult, unit: str, name: str) -> tuple[str, ...]:
     return (
-        line_words(line.order, gears),
+        name,
         line.probe,
         str(result.measured.conditions[line.condition]),
         amplitude_words(abs(line.measured), unit),

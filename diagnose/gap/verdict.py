@@ -137,8 +137,9 @@ def _residuals(compared: Comparison, conditions: Sequence[int]) -> tuple[Residua
         if not lines.seen[c, p, k]:
             continue
         measured, simulated = complex(lines.amplitudes[c, p, k]), complex(compared.expected[c, p, k])
+        order = lines.kinds[k].order_at(lines.orders[k], lines.conditions[c].speed_rpm)
         found.append(
-            ResidualLine(lines.probes[p], lines.orders[k], conditions[c], measured, simulated, float(size[c, p, k]))
+            ResidualLine(lines.probes[p], order, conditions[c], k, measured, simulated, float(size[c, p, k]))
         )
     return tuple(found)
 

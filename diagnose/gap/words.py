@@ -10,7 +10,7 @@ from .result import Cause, Estimate, Gain, GapResult, ResidualLine
 
 if TYPE_CHECKING:
     from ...simulators.machine import Machine
-    from .lines import Condition
+    from .lines import Condition, OrderLines
 
 #: A line counts as wrong from this many standard deviations on: a few hundred lines are compared at a time.
 NOTABLE_SIGMA = 4.0
@@ -30,7 +30,7 @@ _SCALES = {
 def verdict_words(result: GapResult) -> str:
     """Return the verdict in sentences: the gap, the cause, what stays open, the gain."""
     fitted = [c for i, c in enumerate(result.measured.conditions) if i not in result.gain.held_out]
-    said = gap_words(result.residuals, result.measured.conditions, result.machine, whole=len(fitted))
+    said = gap_words(result.residuals, result.measured, result.machine, whole=len(fitted))
     parts = [said, headline(result)]
     parts.append(open_words(result))
     parts.append(gain_words(result.gain) if result.kind not in ("none", "cannot tell") else "")
@@ -42,16 +42,14 @@ def sentence_of(result: GapResult) -> str:
     return result.sentence or verdict_words(result)
 
 
-def gap_words(
-    residuals: Sequence[ResidualLine], conditions: Sequence[Condition], machine: Machine, *, whole: int
-) -> str:
-    """Return which lines the machine without any effect gets wrong, and where; the clearest orders first.
+def gap_words(residuals: Sequence[ResidualLine], measured: OrderLines, machine: Machine, *, whole: int) -> str:
+    """Return which lines the machine without any effect gets wrong, and where; the clearest lines first.
 
     Parameters
     ----------
     residuals : sequence of ResidualLine
-    conditions : sequence of Condition
-        All, as the lines number them.
+    measured : OrderLines
+        In all conditions.
     machine : Machine
     whole : int
         Number of conditions from which lines can be wrong: those that are not held out.
@@ -59,16 +57,16 @@ def gap_words(
     wrong = [line for line in residuals if line.sigma >= NOTABLE_SIGMA]
     if not wrong:
         return f"No line differs from the model by {NOTABLE_SIGMA:g} standard deviations."
-    gears = mesh_orders(machine)
-    clearest = list(dict.fromkeys(line.order for line in sorted(wrong, key=lambda one: -one.sigma)))
+    names_of = line_names(measured, mesh_orders(machine))
+    clearest = list(dict.fromkeys(line.column for line in sorted(wrong, key=lambda one: -one.sigma)))
     kinds: dict[str, list[str]] = {"lacks": [], "has too much": [], "gets the phase wrong of": []}
-    for order in clearest[:MOST_NAMED]:
-        kinds[_how_wrong([line for line in wrong if line.order == order])].append(line_words(order, gears))
+    for column in clearest[:MOST_NAMED]:
+        kinds[_how_wrong([line for line in wrong if line.column == column])].append(names_of[column])
     what = joined_words([f"{verb} {joined_words(names)}" for verb, names in kinds.items() if names])
     more = len(clearest) - MOST_NAMED
-    also = f"; {more} more {'orders are' if more > 1 else 'order is'} wrong" if more > 0 else ""
+    also = f"; {more} more {'lines are' if more > 1 else 'line is'} wrong" if more > 0 else ""
     where = sorted({line.condition for line in wrong})
-    return f"{_where_words([conditions[i] for i in where], whole)} the model {what}{also}."
+    return f"{_where_words([measured.conditions[i] for i in where], whole)} the model {what}{also}."
 
 
 def _how_wrong(lines: Sequence[ResidualLine]) -> str:
@@ -110,7 +108,7 @@ def headline(result: GapResult) -> str:
 def _place_words(result: GapResult) -> str:
     """Return the line, the probe and the condition of the largest residual."""
     largest = max(result.residuals, key=lambda line: line.sigma)
-    line = line_words(largest.order, mesh_orders(result.machine))
+    line = line_names(result.measured, mesh_orders(result.machine))[largest.column]
     return f"{line} at {largest.probe} and {result.measured.conditions[largest.condition]}"
 
 
@@ -191,6 +189,22 @@ def line_words(order: float, gears: Sequence[float] = ()) -> str:
             name = "mesh" if multiple == 1 else f"{multiple} mesh"
             return name if abs(side) < 1e-6 else f"{name} {'+' if side > 0 else '-'} {abs(side):.4g}X"
     return f"{order:.4g}X"
+
+
+def line_names(lines: OrderLines, gears: Sequence[float] = ()) -> list[str]:
+    """Return the name of each line: "2X", "100 Hz", "1X + 5 Hz", "envelope, 2.95X"."""
+    return [
+        ("envelope, " if kind.envelope else "") + _place_in_spectrum(order, kind.frequency_hz, gears)
+        for order, kind in zip(lines.orders, lines.kinds, strict=True)
+    ]
+
+
+def _place_in_spectrum(order: float, frequency_hz: float, gears: Sequence[float]) -> str:
+    if not frequency_hz:
+        return line_words(order, gears)
+    if not order:
+        return f"{abs(frequency_hz):.4g} Hz"
+    return f"{line_words(order, gears)} {'+' if frequency_hz > 0 else '-'} {abs(frequency_hz):.4g} Hz"
 
 
 def mesh_orders(machine: Machine) -> list[float]:
