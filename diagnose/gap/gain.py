@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...simulators.effect import Effect
 from ...simulators.machine import Machine
 from .baseline import similarity
+from .empirical import as_effect, empirical_forces
 from .evidence import Problem
 from .predict import UnpredictableError
 from .refine import Fit
@@ -29,13 +31,16 @@ def measured_gain(machine: Machine, prepared: Prepared, posterior: Posterior) ->
     problem = prepared.problem(held_out)
     calibrated = problem.plain().expected
     given = residual_power(problem, problem.predictor.amplitudes(machine))
-    best = winner(posterior)
-    others = [fit for fit in posterior.fits if not set(fit.names) & set(best.names)] if best.candidates else []
+    added = tuple(as_effect(one) for one in empirical_forces(prepared, posterior)[0])
+    best = posterior.none if added else winner(posterior)
+    others = [fit for fit in posterior.fits if not set(fit.names) & set(best.names)] if best.candidates or added else []
+    # An empirical force has amplitude, phase and exponent.
+    parameters = 3 * len(added) if added else best.position.size
     return Gain(
-        held_out_db=_db(given, residual_power(problem, explained(best, problem))),
+        held_out_db=_db(given, residual_power(problem, explained(best, problem, further=added))),
         calibration_only_db=_db(given, residual_power(problem, calibrated)),
         wrong_effect_db=(_db(given, residual_power(problem, explained(others[0], problem))) if others else math.nan),
-        smooth_function_db=_db(given, residual_power(problem, calibrated + _smooth(prepared, held_out, best))),
+        smooth_function_db=_db(given, residual_power(problem, calibrated + _smooth(prepared, held_out, parameters))),
         held_out=prepared.held_out,
     )
 
@@ -47,14 +52,15 @@ def winner(posterior: Posterior) -> Fit:
     return posterior.best(names)
 
 
-def explained(fit: Fit, problem: Problem) -> np.ndarray:
-    """Return the lines that a fit expects in other conditions than it was fitted to."""
+def explained(fit: Fit, problem: Problem, *, further: Sequence[Effect] = ()) -> np.ndarray:
+    """Return the lines that a fit, with further effects, expects in other conditions than it was fitted to."""
     if fit.problem is not None:
         change = fit.problem.baseline.position - problem.baseline.position
         problem = problem.moved(change) if change.any() else problem
     machine = problem.baseline.machine
     try:
-        own = problem.predictor.amplitudes(fit.machine(machine)) - problem.predictor.amplitudes(machine)
+        extended = fit.machine(machine).with_effects(*further)
+        own = problem.predictor.amplitudes(extended) - problem.predictor.amplitudes(machine)
     except UnpredictableError:
         own = np.zeros(problem.lines.seen.shape, dtype=complex)
     return problem.plain().expected + own
@@ -68,17 +74,17 @@ def residual_power(problem: Problem, simulated: np.ndarray) -> float:
     return float((np.abs(lines.amplitudes - simulated)[seen] ** 2 / scale).mean())
 
 
-def _smooth(prepared: Prepared, held_out: Sequence[int], fit: Fit) -> np.ndarray:
+def _smooth(prepared: Prepared, held_out: Sequence[int], parameters: int) -> np.ndarray:
     """Return the held-out lines as a smooth function of speed predicts them from the fitted ones.
 
-    As many (probe, order) lines as the fit has parameters are followed, those that are furthest off.
+    ``parameters`` (probe, order) lines are followed, those that are furthest off.
     """
     problem = prepared.problem(prepared.fitted)
     compared = problem.plain()
     left = np.where(problem.lines.seen, problem.lines.amplitudes - compared.expected, 0.0)
     scale = np.where(problem.lines.seen, problem.lines.deviations, np.inf)
     size = (np.abs(left / scale) ** 2).sum(axis=0)
-    chosen = np.argsort(size, axis=None)[::-1][: max(fit.position.size, 1)]
+    chosen = np.argsort(size, axis=None)[::-1][: max(parameters, 1)]
     both = similarity(tuple(prepared.measured.conditions))
     cross = both[np.ix_(list(held_out), list(prepared.fitted))]
     inner = both[np.ix_(list(prepared.fitted), list(prepared.fitted))] + 1e-6 * np.eye(len(prepared.fitted))

@@ -57,6 +57,43 @@ class Cause:
 
 
 @dataclass(frozen=True)
+class AddedForce:
+    """F (speed / reference)^p (load / reference)^q cos(n phi + psi): it describes lines which no effect explains.
+
+    Attributes
+    ----------
+    order : float
+        n, of the reference shaft.
+    at, direction : str
+        Place of the machine, and "x", "y", "axial" or "torsion".
+    amplitude, phase : Estimate
+        F in N (torsion: N.m) and psi in rad, at shaft angle 0.
+    speed_exponent : Estimate
+        p.
+    load_exponent : Estimate, optional
+        q; None where the load hardly changed: it is then taken as 0.
+    reference_speed_rpm : float
+    reference_load : float, optional
+    or_at : tuple of str
+        Other places from which a force explains the lines nearly as well.
+    share : float
+        Of the unexplained power of the order in the fitted conditions, that the forces of this order take away.
+    """
+
+    order: float
+    at: str
+    direction: str
+    amplitude: Estimate
+    phase: Estimate
+    speed_exponent: Estimate
+    load_exponent: Estimate | None
+    reference_speed_rpm: float
+    reference_load: float | None
+    or_at: tuple[str, ...]
+    share: float
+
+
+@dataclass(frozen=True)
 class ResidualLine:
     """A line that the calibrated machine without any effect gets wrong.
 
@@ -138,17 +175,18 @@ class GapResult:
     measured : OrderLines
         In the conditions to explain.
     before, after : ndarray (conditions, probes, orders), complex
-        Simulated lines: by the calibrated machine, and by the extended one (equal for "none"; for "unknown" with the
-        empirical lines).
+        Simulated lines: by the calibrated machine, and by the extended one (equal where nothing was added).
     machine : Machine
         As given.
     calibrated : Machine
         With its own parameters fitted.
     extended : Machine
-        With the fitted effects: simulates.
+        With the fitted effects, or with forces for what no effect explains: simulates.
     not_compared : mapping of str to str
         Effects of the catalogue that were left out, with the reason.
     remarks : tuple of str
+    empirical : tuple of AddedForce
+        For "unknown": the forces that ``extended`` has for what no effect explains.
     """
 
     kind: str
@@ -169,3 +207,4 @@ class GapResult:
     extended: Machine
     not_compared: Mapping[str, str]
     remarks: tuple[str, ...] = ()
+    empirical: tuple[AddedForce, ...] = ()

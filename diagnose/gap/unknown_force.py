@@ -155,20 +155,24 @@ def force_kernels(machine: Machine, predictor: Predictor) -> np.ndarray:
     Shape (orders, conditions, probes, conditions, probes). Forces at different places and in different directions are
     independent. Parametric changes of the machine are left out: its mean is taken.
     """
-    transfer = np.stack([_transfer(machine, predictor, i) for i in range(len(predictor.conditions))])
+    moved = np.stack([transfer(machine, predictor, i) for i in range(len(predictor.conditions))])
     smooth = similarity(predictor.conditions)
-    return np.einsum("ckpf,dkqf,cd->kcpdq", transfer, transfer.conj(), smooth)
+    return np.einsum("ckpf,dkqf,cd->kcpdq", moved, moved.conj(), smooth)
 
 
-def _transfer(machine: Machine, predictor: Predictor, index: int) -> np.ndarray:
-    """Return the probes' lines per unit force, shape (orders, probes, forces)."""
+def force_places(machine: Machine) -> list[tuple[str, str]]:
+    """Return where a force can act: names of places and their directions."""
+    places = machine.bare_assembly().places.values()
+    return [(place.name, way) for place in places for way in ("x", "y", "axial", "torsion") if way in place.directions]
+
+
+def transfer(machine: Machine, predictor: Predictor, index: int) -> np.ndarray:
+    """Return the probes' lines per unit force in one condition, shape (orders, probes, forces) as `force_places`."""
     condition = predictor.conditions[index]
     loaded = at_condition(machine, condition)
     system = loaded.system(speed_rpm=condition.speed_rpm)
-    places = loaded.bare_assembly().places.values()
-    directions = [
-        place.directions[way] for place in places for way in ("x", "y", "axial", "torsion") if way in place.directions
-    ]
+    places = loaded.bare_assembly().places
+    directions = [places[name].directions[way] for name, way in force_places(loaded)]
     columns = np.zeros((system.states, len(directions)))
     count = len(system.coordinates)
     inverse = np.linalg.inv(system.mass_matrix)

@@ -10,8 +10,10 @@ import numpy as np
 from ...simulators.effect import effect_catalogue
 from ...simulators.machine import Machine
 from .coordinates import values_at
+from .empirical import as_effect, empirical_forces
 from .evidence import Comparison
 from .gain import explained
+from .judged import judged
 from .next_measurement import next_measurement
 from .refine import Fit
 from .result import Cause, Estimate, Gain, GapResult, ResidualLine
@@ -21,10 +23,6 @@ from .shown_lines import sigmas
 if TYPE_CHECKING:
     from .explain import Prepared
 
-#: A hypothesis less probable than the best by this factor is told apart from it.
-TOLD_APART = 20.0
-#: Least probability of a verdict, of one hypothesis or of a set that cannot be told apart.
-LEAST = 0.5
 MOST_RESIDUALS = 40
 #: Probability of an effect that the waveform shows: the data checks' own false alarms are left to it.
 SEEN = 0.98
@@ -55,9 +53,9 @@ def told(
         kind = "one cause" if len(causes) == 1 else "several causes"
     fitted = {fit.names for fit in (*posterior.fits, posterior.none)}
     rivals = [posterior.best(other) for other in together if other != names and other in fitted]
-    after = explained(best, everything)
-    if kind == "unknown":
-        after[list(prepared.fitted)] += posterior.unknown.lines
+    forces, remarks = empirical_forces(prepared, posterior)
+    added = tuple(as_effect(one) for one in forces)
+    after = explained(best, everything, further=added)
     return GapResult(
         kind=kind,
         causes=causes,
@@ -74,8 +72,10 @@ def told(
         after=after,
         machine=machine,
         calibrated=calibrated,
-        extended=best.machine(best.problem.baseline.machine if best.problem else calibrated),
+        extended=best.machine(best.problem.baseline.machine if best.problem else calibrated).with_effects(*added),
         not_compared=dict(not_compared),
+        remarks=remarks,
+        empirical=forces,
     )
 
 
@@ -94,22 +94,6 @@ def _shown(waveform: Mapping[str, tuple[str, ...]]) -> tuple[Cause, ...]:
         Cause(name, channels[0] if channels else "", SEEN, {}, catalogue[name].CHECK)
         for name, channels in waveform.items()
     )
-
-
-def judged(
-    probabilities: Mapping[tuple[str, ...], float],
-) -> tuple[str, tuple[str, ...], list[tuple[str, ...]]]:
-    """Return the kind of verdict, the leading hypothesis, and the hypotheses that are not told apart from it."""
-    leading = max(probabilities, key=lambda names: probabilities[names])
-    together = [names for names, p in probabilities.items() if p * TOLD_APART > probabilities[leading]]
-    if leading == ():
-        return ("none" if probabilities[leading] >= LEAST else "cannot tell"), leading, [leading]
-    if leading == ("unknown",):
-        return ("unknown" if probabilities[leading] >= LEAST else "cannot tell"), leading, [leading]
-    effects = [names for names in together if names not in ((), ("unknown",))]
-    if sum(probabilities[names] for names in effects) < LEAST:
-        return "cannot tell", leading, effects
-    return ("one cause" if len(leading) == 1 else "several causes"), leading, effects
 
 
 def _causes(best: Fit, probabilities: Mapping[tuple[str, ...], float]) -> tuple[Cause, ...]:
@@ -138,9 +122,7 @@ def _residuals(compared: Comparison, conditions: Sequence[int]) -> tuple[Residua
             continue
         measured, simulated = complex(lines.amplitudes[c, p, k]), complex(compared.expected[c, p, k])
         order = lines.kinds[k].order_at(lines.orders[k], lines.conditions[c].speed_rpm)
-        found.append(
-            ResidualLine(lines.probes[p], order, conditions[c], k, measured, simulated, float(size[c, p, k]))
-        )
+        found.append(ResidualLine(lines.probes[p], order, conditions[c], k, measured, simulated, float(size[c, p, k])))
     return tuple(found)
 
 
