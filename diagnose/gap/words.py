@@ -234,12 +234,27 @@ def estimate_words(estimate: Estimate) -> str:
     >>> estimate_words(Estimate(5e-4, 4e-4, 6.2e-4, "m"))
     '500 um (400 to 620)'
     """
-    factor, unit = readable_unit(estimate.unit, largest=max(map(abs, (estimate.value, estimate.low, estimate.high))))
+    factor, _ = _unit_of(estimate)
+    return f"{value_words(estimate.value, estimate)} ({factor * estimate.low:.3g} to {factor * estimate.high:.3g})"
+
+
+def value_words(value: float, estimate: Estimate) -> str:
+    """Return a value of the estimated parameter in the unit in which the estimate is printed.
+
+    Examples
+    --------
+    >>> value_words(4.5e-4, Estimate(5e-4, 4e-4, 6.2e-4, "m"))
+    '450 um'
+    """
+    factor, unit = _unit_of(estimate)
+    return f"{factor * value:.3g} {unit}".rstrip()
+
+
+def _unit_of(estimate: Estimate) -> tuple[float, str]:
+    # Parameters in rad are angles between parts; those of probes are small motions.
     if estimate.unit == "rad":
-        # Parameters in rad are angles between parts; those of probes are small motions.
-        factor, unit = 180 / math.pi, "deg"
-    value, low, high = (f"{factor * one:.3g}" for one in (estimate.value, estimate.low, estimate.high))
-    return f"{value}{f' {unit}' if unit else ''} ({low} to {high})"
+        return 180 / math.pi, "deg"
+    return readable_unit(estimate.unit, largest=max(map(abs, (estimate.value, estimate.low, estimate.high))))
 
 
 def amplitude_words(value: float, unit: str) -> str:
