@@ -7,10 +7,11 @@ from importlib.metadata import version
 from pathlib import Path
 
 from ...datasets.sidecar import FOLDER_SIDECAR
+from ...simulators.effects.empirical_force import EmpiricalForce
 from ...simulators.errors import RotorwiseError
 from ...simulators.machine import machine_from_toml
 from ..papers_files import write_whole
-from .result import Cause, GapResult
+from .result import AddedForce, Cause, GapResult
 from .words import not_compared_words, probability_words, sentence_of
 
 #: A file that starts so was made here, and may be replaced.
@@ -118,7 +119,7 @@ def _is_ours(path: Path) -> bool:
 def _head(result: GapResult, sources: Sequence[str], notes: Sequence[str]) -> Iterator[str]:
     yield "#"
     yield from _comment(sentence_of(result))
-    if result.kind in ("none", "cannot tell"):
+    if result.kind in ("none", "cannot tell") or (result.kind == "unknown" and not result.empirical):
         yield from _comment("No effect was added: this is the machine as calibrated.")
     yield "#"
     every, held_out = result.measured.conditions, result.gain.held_out
@@ -147,20 +148,38 @@ def _annotated(body: str, result: GapResult) -> Iterator[str]:
     effect, at, fitted = "", "", result.extended.values
     given = result.machine.values
     blocks = iter(result.extended.effects)
-    current = None
+    current, numbers = None, dict[str, int]()
     for line in body.rstrip("\n").splitlines():
         if line == "[[effects]]":
             current = next(blocks)
             effect, at = current.NAME, current.at
+            numbers[effect] = numbers.get(effect, -1) + 1
             yield line
             continue
         name, equals, _ = line.partition(" = ")
         remark = ""
         if equals and current is None and name in given and fitted[name] != given[name]:
             remark = f"calibrated; given: {given[name]:.6g}"
+        elif equals and current is not None and effect == EmpiricalForce.NAME and result.empirical:
+            # The last ones: the machine as given may have some of its own.
+            own = numbers[effect] - sum(effect == e.NAME for e in result.extended.effects) + len(result.empirical)
+            remark = _force_remark(result.empirical[own], name) if own >= 0 else ""
         elif equals and current is not None:
             remark = _interval(result.causes, effect, at, name)
         yield f"{line}  # {remark}" if remark else line
+
+
+def _force_remark(force: AddedForce, name: str) -> str:
+    fitted = {
+        {"axial": "axial_n", "torsion": "torque_n_m"}.get(force.direction, "force_n"): force.amplitude,
+        "phase_rad": force.phase,
+        "speed_exponent": force.speed_exponent,
+        "load_exponent": force.load_exponent,
+    }
+    if name == "effect":
+        return "its cause is unknown"
+    one = fitted.get(name)
+    return f"{one.low:.4g} to {one.high:.4g} {one.unit}".rstrip() if one else ""
 
 
 def _interval(causes: Sequence[Cause], effect: str, at: str, name: str) -> str:

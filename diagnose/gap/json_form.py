@@ -7,7 +7,7 @@ from typing import Any
 
 from ..json_output import number
 from .lines import Condition, LineKind
-from .result import Cause, Estimate, GapResult, ResidualLine
+from .result import AddedForce, Cause, Estimate, GapResult, ResidualLine
 from .words import line_names, mesh_orders, sentence_of
 
 
@@ -24,6 +24,7 @@ def as_json(result: GapResult) -> dict[str, Any]:
             "indistinguishable": [list(names) for names in result.indistinguishable],
             "next_measurement": result.next_measurement,
         },
+        "empirical": [_force(one) for one in result.empirical],
         "probabilities": [
             {"effects": list(names), "probability": number(value)} for names, value in result.probabilities.items()
         ],
@@ -56,6 +57,22 @@ def _cause(cause: Cause) -> dict[str, Any]:
         "probability": number(cause.probability),
         "parameters": {name: _estimate(one) for name, one in cause.parameters.items()},
         "check": cause.check,
+    }
+
+
+def _force(force: AddedForce) -> dict[str, Any]:
+    return {
+        "order": number(force.order),
+        "at": force.at,
+        "or_at": list(force.or_at),
+        "direction": force.direction,
+        "amplitude": _estimate(force.amplitude),
+        "phase": _estimate(force.phase),
+        "speed_exponent": _estimate(force.speed_exponent),
+        "load_exponent": _estimate(force.load_exponent) if force.load_exponent else None,
+        "reference_speed_rpm": number(force.reference_speed_rpm),
+        "reference_load": None if force.reference_load is None else number(force.reference_load),
+        "share": number(force.share),
     }
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from .result import Cause, Estimate, Gain, GapResult, ResidualLine
+from .result import AddedForce, Cause, Estimate, Gain, GapResult, ResidualLine
 
 if TYPE_CHECKING:
     from ...simulators.machine import Machine
@@ -96,7 +96,9 @@ def headline(result: GapResult) -> str:
     if result.kind == "unknown":
         stated = probability_words(result.probabilities.get(("unknown",), math.nan))
         where = f", clearest in {_place_words(result)}" if result.residuals else ""
-        return f"Something acts that no effect of the catalogue explains{where}, probability {stated}."
+        said = f"Something acts that no effect of the catalogue explains{where}, probability {stated}."
+        forces = force_words(result)
+        return f"{said} Added, without a cause: {'; '.join(forces)}." if forces else said
     if result.kind == "cannot tell":
         best = [(names, p) for names, p in result.probabilities.items() if p >= 0.01][:3]
         words = [f"{hypothesis_words(names)} {probability_words(p)}" for names, p in best]
@@ -110,6 +112,36 @@ def _place_words(result: GapResult) -> str:
     largest = max(result.residuals, key=lambda line: line.sigma)
     line = line_names(result.measured, mesh_orders(result.machine))[largest.column]
     return f"{line} at {largest.probe} and {result.measured.conditions[largest.condition]}"
+
+
+def force_words(result: GapResult) -> list[str]:
+    """Return what was added for what no effect explains, one text for the forces of an order at a place.
+
+    "force at 1X on rotor_2, x 82.5 N (73 to 92) and y 83 N (73 to 93) at 972 rpm, growing as speed^2.0 (1.8 to 2.2)"
+    """
+    gears = mesh_orders(result.machine)
+    groups: dict[tuple[float, str], list[AddedForce]] = {}
+    for one in result.empirical:
+        groups.setdefault((one.order, one.at), []).append(one)
+    return [_group_words(line_words(order, gears), at, forces) for (order, at), forces in groups.items()]
+
+
+def _group_words(line: str, at: str, forces: Sequence[AddedForce]) -> str:
+    first = forces[0]
+    what = "torque" if first.direction == "torsion" else "force"
+    sizes = joined_words([f"{one.direction} {estimate_words(one.amplitude)}" for one in forces])
+    place = f"{at} (or {joined_words(first.or_at, last='or')})" if first.or_at else at
+    laws = [_law_words("speed", first.speed_exponent)]
+    here = f"{first.reference_speed_rpm:.0f} rpm"
+    if first.load_exponent is not None and first.reference_load is not None:
+        laws.append(_law_words("load", first.load_exponent))
+        here += f" and load {first.reference_load:g}"
+    return f"{what} at {line} on {place}, {sizes} at {here}, growing as {joined_words(laws)}"
+
+
+def _law_words(name: str, exponent: Estimate) -> str:
+    value, low, high = (round(one, 1) + 0.0 for one in (exponent.value, exponent.low, exponent.high))
+    return f"{name}^{value:.1f} ({low:.1f} to {high:.1f})"
 
 
 def cause_words(cause: Cause) -> str:

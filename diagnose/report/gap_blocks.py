@@ -15,7 +15,9 @@ from ..gap.words import (
     gain_words,
     headline,
     hypothesis_words,
+    joined_words,
     line_names,
+    line_words,
     mesh_orders,
     not_compared_words,
     open_words,
@@ -47,6 +49,8 @@ def causes_block(result: GapResult) -> str:
     cards = [_cause_card(one) for one in result.causes]
     if not cards:
         cards = [f'<li class="card nothing"><p class="fault">{printed(headline(result))}</p>{_fit(result)}</li>']
+    if result.empirical:
+        cards.append(_forces_card(result))
     left_open = open_words(result)
     if left_open:
         cards.append(f'<li class="card"><h3 class="fault">Still open</h3><p>{printed(left_open)}</p></li>')
@@ -66,6 +70,27 @@ def _cause_card(cause: Cause) -> str:
         f'<li class="card"><h3 class="fault">{escape((cause.effect + at).replace("_", " ").capitalize())}</h3>'
         f'<div class="probability">{_bar(cause.probability)}<span>{_percent(cause.probability)}</span></div>'
         f'{meaning}<dl class="facts">{facts}</dl><p class="source">In brackets: 90 % interval.</p>{check}</li>'
+    )
+
+
+def _forces_card(result: GapResult) -> str:
+    gears = mesh_orders(result.machine)
+    rows = "".join(
+        f'<tr><th scope="row">{escape(line_words(one.order, gears))}</th><td>{escape(one.at)}</td>'
+        f"<td>{escape(one.direction)}</td><td>{printed(estimate_words(one.amplitude))}</td>"
+        f"<td>{printed(estimate_words(one.phase))}</td><td>{printed(estimate_words(one.speed_exponent))}</td>"
+        f"<td>{printed(estimate_words(one.load_exponent)) if one.load_exponent else ''}</td></tr>"
+        for one in result.empirical
+    )
+    heads = ("Line", "Place", "Direction", "Amplitude", "Phase", "Speed exponent", "Load exponent")
+    others = sorted({other for one in result.empirical for other in one.or_at})
+    where = f" A force at {joined_words(others, last='or')} does nearly as well." if others else ""
+    speed = result.empirical[0].reference_speed_rpm
+    return (
+        '<li class="card"><h3 class="fault">Added: empirical forces</h3>'
+        "<p>They describe the lines that no effect explains; what makes them is unknown.</p>"
+        f"{sortable_table(heads, [rows], caption=f'Amplitude at {speed:.0f} rpm', css='gap-table')}"
+        f'<p class="source">In brackets: 90 % interval.{escape(where)}</p></li>'
     )
 
 
