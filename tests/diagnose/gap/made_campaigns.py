@@ -1,0 +1,39 @@
+"""Campaigns for the gap engine: stepped in time, on a machine whose own parameters are not those of the model."""
+
+import numpy as np
+from rotorwise.datasets.recording import Recording
+from rotorwise.datasets.simulated import record_machine
+from rotorwise.simulators.machine import Machine
+from rotorwise.simulators.sensor_chain import SensorChain
+
+CHAIN = SensorChain(pulses_per_revolution=1, noise={"m": 2e-8, "rad": 2e-7, "m/s2": 2e-3, "rad/s": 1e-4})
+
+
+def altered(machine: Machine, *, share: float, seed: int) -> Machine:
+    """The machine with every parameter that has a prior off by ``share`` (standard deviation)."""
+    rng = np.random.default_rng(seed)
+    load = machine.definition.load_parameter
+    uncertain = [p.name for p in machine.definition.parameters if p.prior is not None and p.name != load]
+    return machine.with_parameters(
+        **{name: machine.values[name] * (1 + share * rng.normal()) for name in uncertain if machine.values[name] != 0}
+    )
+
+
+def recorded(
+    machine: Machine, speeds_rpm: tuple[float, ...], *, rate_hz: float, duration_s: float, seed: int, **options: float
+) -> tuple[Recording, ...]:
+    return tuple(
+        record_machine(
+            machine, speed_rpm=rpm, duration_s=duration_s, rate_hz=rate_hz, chain=CHAIN, seed=seed + i, **options
+        ).recording
+        for i, rpm in enumerate(speeds_rpm)
+    )
+
+
+def without_tacho(recordings: tuple[Recording, ...]) -> tuple[Recording, ...]:
+    found = []
+    for one in recordings:
+        kept = [i for i, channel in enumerate(one.channels) if channel.quantity != "tacho"]
+        assert len(kept) == len(one.channels) - 1
+        found.append(one.select(kept))
+    return tuple(found)

@@ -1,0 +1,93 @@
+"""A bent shaft in magnetic bearings must be found, with and without a tacho; nothing must be called nothing.
+
+Recordings are stepped in time on a machine whose uncertain parameters are off by 5 %; the engine balances harmonics and
+has a part of the catalogue, as a search through all of it takes too long here (`rotorwise trials` does that).
+"""
+
+import pytest
+from rotorwise.datasets.recording import Campaign, Recording
+from rotorwise.diagnose.gap import explain as module
+from rotorwise.diagnose.gap.explain import explain_gap
+from rotorwise.diagnose.gap.result import GapResult
+from rotorwise.simulators import amb_rotor
+from rotorwise.simulators.effects.shaft_bow import ShaftBow
+from rotorwise.simulators.machine import Machine
+
+from .made_campaigns import altered, recorded, without_tacho
+
+SPEEDS_RPM = (1200.0, 1800.0, 2500.0, 3300.0)
+HOW = {"rate_hz": 4000.0, "duration_s": 3.0}
+HIDDEN = ShaftBow(bow_m=3e-5, angle_rad=0.8)
+TURNING_FORCES = frozenset(("unbalance", "shaft_bow", "rotating_coupling_force", "run_out"))
+COMPETING = TURNING_FORCES | {"coupling_misalignment", "rub", "breathing_crack", "remounted_sensor"}
+
+
+@pytest.fixture(scope="session")
+def real_amb_rotor() -> Machine:
+    return altered(amb_rotor, share=0.05, seed=3)
+
+
+@pytest.fixture(scope="session")
+def healthy(real_amb_rotor) -> tuple[Recording, ...]:
+    return recorded(real_amb_rotor, SPEEDS_RPM, seed=1, **HOW)
+
+
+@pytest.fixture(scope="session")
+def bent(real_amb_rotor, healthy) -> Campaign:
+    return Campaign(recorded(real_amb_rotor.with_effects(HIDDEN), SPEEDS_RPM, seed=11, **HOW), healthy)
+
+
+def _names_the_bow(answer: GapResult) -> None:
+    assert answer.kind == "one cause"
+    (cause,) = answer.causes
+    assert (cause.effect, cause.at) == ("shaft_bow", "shaft")
+    assert cause.probability > 0.95
+    # The law of the hidden effect is exact: nothing widens the intervals.
+    for name in ("bow_m", "angle_rad", "position"):
+        estimate = cause.parameters[name]
+        assert estimate.low < getattr(HIDDEN, name) < estimate.high, name
+
+
+def test_a_bent_shaft_is_found(bent):
+    answer = explain_gap(bent, amb_rotor, only=COMPETING)
+    _names_the_bow(answer)
+    assert answer.gain.held_out_db > answer.gain.calibration_only_db + 10
+    assert answer.gain.held_out_db > answer.gain.smooth_function_db
+
+
+def test_a_bent_shaft_is_found_without_tacho(bent):
+    blind = Campaign(without_tacho(bent.recordings), without_tacho(bent.baseline))
+    _names_the_bow(explain_gap(blind, amb_rotor, only=COMPETING))
+
+
+def _sound_again(real: Machine) -> tuple[Recording, ...]:
+    return recorded(real, SPEEDS_RPM, seed=21, **HOW)
+
+
+def test_nothing_is_called_nothing_without_tacho(real_amb_rotor, healthy):
+    campaign = Campaign(without_tacho(_sound_again(real_amb_rotor)), without_tacho(healthy))
+    found = explain_gap(campaign, amb_rotor, only=COMPETING)
+    assert found.kind == "none"
+    assert not found.causes
+
+
+@pytest.mark.xfail(
+    strict=True,
+    reason="edges of a sampled tacho are off by 0.3 samples: 1X leaks into the lines at 50 Hz and 1X +- 1 Hz (4 sigma)",
+)
+def test_nothing_is_called_nothing(real_amb_rotor, healthy):
+    found = explain_gap(Campaign(_sound_again(real_amb_rotor), healthy), amb_rotor, only=COMPETING)
+    assert found.kind == "none"
+
+
+def test_a_bow_that_is_not_in_the_catalogue_is_unknown(bent):
+    # Whatever turns with the shaft can stand for a bow over so few speeds: it is left out with it.
+    found = explain_gap(bent, amb_rotor, only=COMPETING - TURNING_FORCES)
+    assert found.kind == "unknown"
+    assert not found.causes
+
+
+def test_without_hypotheses_the_bow_is_not_found(bent, monkeypatch):
+    monkeypatch.setattr(module, "candidates", lambda machine, **which: ())
+    with pytest.raises(AssertionError):
+        _names_the_bow(explain_gap(bent, amb_rotor, only=COMPETING))
