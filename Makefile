@@ -1,4 +1,4 @@
-# make demo   a report from a shipped recording: demo/report.html
+# make demo   a fault found in shipped recordings of a rotor, and the truth afterwards: demo/report.html
 # make test   the whole test suite
 # Both need only Python 3.11 or newer and a package index; they make .venv themselves.
 # PYTHON=/path/to/python picks another interpreter, PYTEST_ARGS passes options to pytest.

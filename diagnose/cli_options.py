@@ -74,6 +74,9 @@ AsJson = Annotated[bool, option("--json", text="Print JSON: a list with one obje
 Recursive = Annotated[bool, option("--recursive", text="Look into sub-folders too.")]
 Force = Annotated[bool, option("--force", text="Replace an existing report.")]
 Output = Annotated[Path, option("--output", "-o", value="FOLDER", text="Folder for the example and its report.")]
+DemoPump = Annotated[
+    bool, option("--analyse", text="Instead: make recordings of a pump with three faults and diagnose each.")
+]
 DemoForce = Annotated[bool, option("--force", text="Replace an earlier demonstration.")]
 Version = Annotated[bool, option("--version", text="Print the version and leave.")]
 

@@ -1,43 +1,59 @@
-"""The demonstration: a small pump with a healthy record and three faults, made on the spot."""
+"""The demonstration: recordings of a rotor whose fault is sealed, explained, and then compared with the truth.
+
+The recordings are shipped with rotorwise (`demo_campaign` makes them); the engine reads those and nothing else.
+"""
 
 from __future__ import annotations
 
+import shutil
+import tomllib
+from importlib.resources import files
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import numpy as np
+from .demo_files import DemoFolderError, prepare_folder, unwritable
 
-from ..datasets.recording import Channel, Recording
-from ..datasets.write import write_csv
-from ..simulators.errors import RotorwiseError
-from ..simulators.rotor_dynamics.rolling_bearing import find_bearing
-from ..simulators.synthetic_vibration import ImpactTrain, synthetic_vibration
+if TYPE_CHECKING:
+    from .gap.result import Cause, GapResult
 
-RATE_HZ = 12_800.0
-_SECONDS = 4.0
-_SPEED_HZ = 24.63  # 1478 rpm: off the nominal 1480, as real machines are
-_SIDECAR = """# What the files do not say. Everything here is explained in rotorwise.datasets.sidecar.
-[recording]
-speed_rpm = 1480
+__all__ = ["DemoFolderError", "run_demo", "run_pump", "write_demo"]
 
-[machine]
-name = "demonstration pump"
-line_frequency_hz = 50
-power_kw = 30
-shaft_height_mm = 180
-mounting = "rigid"
-
-[[machine.bearing]]
-designation = "6205"
-location = "drive end"
-"""
+MACHINE = "amb_rotor"
+CAMPAIGN, SEALED, REPORT, EXTENDED = "campaign", "sealed.toml", "report.html", "extended.toml"
+_SHIPPED = files(__package__ or "rotorwise.diagnose") / "demo_data"
+_FILE_FAILED = 3
 
 
-class DemoFolderError(RotorwiseError):
-    """The demonstration cannot be written where it was asked for."""
+def run_demo(folder: Path, *, force: bool) -> int:
+    """Write the recordings into a folder, explain them, show the truth beside the answer; return the exit code.
+
+    Raises
+    ------
+    DemoFolderError
+        When the folder cannot be written to, or holds files that are not of an earlier demonstration.
+    """
+    campaign = write_demo(folder, force=force)
+    from ..datasets.metadata import Metadata
+    from ..simulators.machine import find_machine
+    from .gap.campaign import find_sources
+    from .gap_command import Work, run
+
+    work = Work(
+        machine=find_machine(MACHINE),
+        sources=find_sources([campaign]),
+        metadata=Metadata(),
+        sidecar=None,
+        probes=(),
+        loads=(),
+        without=frozenset(),
+    )
+    taken, result = run(work, MACHINE, report=folder / REPORT, output=folder / EXTENDED, as_json=False, force=force)
+    _show_truth(folder / SEALED, result)
+    return _FILE_FAILED if taken.unreadable else 0
 
 
-def write_demo(folder: Path, *, force: bool) -> list[Path]:
-    """Write the demonstration files and return the recordings, the healthy one first.
+def write_demo(folder: Path, *, force: bool) -> Path:
+    """Copy the shipped recordings and the sealed truth into a folder and return the campaign's folder.
 
     Parameters
     ----------
@@ -45,79 +61,69 @@ def write_demo(folder: Path, *, force: bool) -> list[Path]:
         Made when missing.
     force : bool
         Whether files of an earlier demonstration may be replaced.
+
+    Raises
+    ------
+    DemoFolderError
+        See `run_demo`.
     """
+    shipped = Path(str(_SHIPPED))
+    names = sorted(str(one.relative_to(shipped)) for one in shipped.rglob("*") if one.is_file())
+    head = (shipped / SEALED).read_text(encoding="utf-8").splitlines()[0]
+    prepare_folder(folder, [*names, REPORT, EXTENDED], mark=SEALED, head=head, force=force)
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        sidecar = folder / "recording.toml"
-        ours = sidecar.exists() and sidecar.read_text(encoding="utf-8", errors="replace") == _SIDECAR
-        there = [name for name in (sidecar.name, "report.html", *_files()) if (folder / name).exists()]
-        if there and not (ours and force):
-            remedy = "pass --force to replace the demonstration" if ours else "it is not of a demonstration and stays"
-            raise DemoFolderError(f"{folder / there[0]} exists: {remedy}, or choose another folder.")
-        sidecar.write_text(_SIDECAR, encoding="utf-8")
+        for name in names:
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(shipped / name, folder / name)
     except OSError as problem:
-        raise DemoFolderError(
-            f"{folder}: {problem.strerror or problem}. Choose a folder that can be written."
-        ) from problem
-    return [
-        write_csv(_recording(name, number), folder / f"{name}.csv", force=force)
-        for number, name in enumerate(_MACHINES)
-    ]
+        raise unwritable(folder, problem) from problem
+    return folder / CAMPAIGN
 
 
-def _files() -> list[str]:
-    return [f"{name}.csv" for name in _MACHINES]
+def run_pump(folder: Path, *, force: bool) -> int:
+    """Make recordings of a pump with three faults, diagnose each, write the report; return the exit code."""
+    from ..datasets.metadata import Metadata
+    from .demo_pump import write_pump
+    from .run import Request, run
+
+    recordings = write_pump(folder, force=force)
+    request = Request(
+        files=tuple(recordings[1:]),
+        metadata=Metadata(),
+        baseline=(recordings[0],),
+        report=folder / REPORT,
+        force=force,
+        files_in_full=3,
+    )
+    return run(request)
 
 
-def _lines(**amplitudes: float) -> dict[float, float]:
-    return {float(name.removeprefix("x").replace("_", ".")): value for name, value in amplitudes.items()}
+def _show_truth(sealed: Path, result: GapResult) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    from .terminal import escape
+
+    truth = tomllib.loads(sealed.read_text(encoding="utf-8"))
+    table = Table(box=None, padding=(0, 2, 0, 0), show_edge=False)
+    for heading in ("", "truth", "found"):
+        table.add_column(heading)
+    effect = str(truth["effect"])
+    cause = next((one for one in result.causes if one.effect == effect), None)
+    table.add_row("effect", effect, cause.effect if cause else "-")
+    for name, value in truth["parameters"].items():
+        table.add_row(*(escape(text) for text in _beside(name, float(value), cause)))
+    console = Console(highlight=False)
+    console.print(f"truth: {escape(str(sealed))}, not read until now", soft_wrap=True)
+    console.print()
+    console.print(table)
 
 
-def _machines() -> dict[str, tuple[dict[float, float], tuple[ImpactTrain, ...]]]:
-    orders = find_bearing("6205").defect_orders()
-    healthy = _lines(x1=0.25, x2=0.12, x3=0.05)
-    outer = ImpactTrain(orders.outer_race, 6.0, 3_100.0)
-    inner = ImpactTrain(orders.inner_race, 7.0, 3_100.0, modulation_order=1.0, modulation_depth=0.8)
-    return {
-        "healthy": (healthy, ()),
-        "unbalance": (_lines(x1=1.6, x2=0.16, x3=0.06), ()),
-        "outer_race": (healthy, (outer,)),
-        "inner_race": (healthy, (inner,)),
-    }
+def _beside(name: str, value: float, cause: Cause | None) -> tuple[str, str, str]:
+    """Return a parameter's name, its true value and its estimate, in the estimate's unit."""
+    from .gap.words import estimate_words, parameter_label, value_words
 
-
-_MACHINES = ("healthy", "unbalance", "outer_race", "inner_race")
-
-
-def _recording(name: str, number: int) -> Recording:
-    lines, impacts = _machines()[name]
-    directions = ("horizontal", "vertical", "axial")
-    # Each direction sees the same machine through its own path.
-    gains = ((1.0, 1.0), (0.8, 0.7), (0.25, 0.4))
-    signals = []
-    for channel, (line_gain, impact_gain) in enumerate(gains):
-        heard = tuple(
-            ImpactTrain(
-                one.order,
-                one.amplitude * impact_gain,
-                one.resonance_hz * (1 + 0.05 * channel),
-                one.damping_ratio,
-                one.slip,
-                one.modulation_order,
-                one.modulation_depth,
-            )
-            for one in impacts
-        )
-        signals.append(
-            synthetic_vibration(
-                duration_s=_SECONDS,
-                rate_hz=RATE_HZ,
-                speed_hz=_SPEED_HZ,
-                seed=100 * number + channel,
-                shaft_lines={order: value * line_gain for order, value in lines.items()},
-                impacts=heard,
-                noise_rms=0.6,
-            )
-        )
-    channels = tuple(Channel(f"drive end {name}", "acceleration", "drive end", name) for name in directions)
-    return Recording(np.array(signals, dtype=np.float32), RATE_HZ, channels)
+    found = cause.parameters.get(name) if cause else None
+    if found is None:
+        return name, f"{value:.4g}", "-"
+    return parameter_label(name, found.unit), value_words(value, found), estimate_words(found)

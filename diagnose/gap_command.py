@@ -72,7 +72,7 @@ Force = Annotated[bool, option("--force", text="Replace an earlier report or ext
 
 
 @dataclass(frozen=True)
-class _Work:
+class Work:
     """What is to be done, checked as far as possible before any file is read."""
 
     machine: Machine
@@ -115,7 +115,7 @@ def gap(
     try:
         record = options.record_metadata(rate, speed, tacho, pulses_per_revolution)
         channels = options.channel_metadata(unit, sensitivity, channel_name, direction, skip)
-        work = _Work(
+        work = Work(
             machine=_machine(machine, preset, settings or []),
             sources=_sources(files, baseline or []),
             metadata=record.merged_over(channels),
@@ -126,6 +126,21 @@ def gap(
         )
     except RotorwiseError as problem:
         raise _leave(problem, _USAGE) from None
+    taken, _ = run(work, machine, report=report, output=output, as_json=as_json, force=force)
+    if taken.unreadable:
+        raise typer.Exit(_FILE_FAILED)
+
+
+def run(
+    work: Work, machine: str, *, report: Path | None, output: Path | None, as_json: bool, force: bool
+) -> tuple[ReadCampaign, GapResult]:
+    """Explain the gap, print the answer and write the files; ``machine`` is what the user called it.
+
+    Raises
+    ------
+    typer.Exit
+        With a message printed, when there is no answer or a file cannot be written.
+    """
     try:
         _check_places(work, report, output, machine, force=force)
     except RotorwiseError as problem:
@@ -133,8 +148,7 @@ def gap(
     taken, result = _worked(work)
     _print(taken, result, as_json=as_json)
     _write(work, taken, result, report, output, force=force, quiet=as_json)
-    if taken.unreadable:
-        raise typer.Exit(_FILE_FAILED)
+    return taken, result
 
 
 def _machine(name: str, preset: str, settings: list[str]) -> Machine:
@@ -161,7 +175,7 @@ def _known_effects(names: list[str]) -> frozenset[str]:
     return frozenset(names)
 
 
-def _check_places(work: _Work, report: Path | None, output: Path | None, machine: str, *, force: bool) -> None:
+def _check_places(work: Work, report: Path | None, output: Path | None, machine: str, *, force: bool) -> None:
     """Find places that cannot be written to before the work: nobody wants to wait for a refusal."""
     if report is not None:
         from .report.write import check_free
@@ -174,7 +188,7 @@ def _check_places(work: _Work, report: Path | None, output: Path | None, machine
         check_extended_place(output, force=force, recordings=recordings, machine=machine)
 
 
-def _worked(work: _Work) -> tuple[ReadCampaign, GapResult]:
+def _worked(work: Work) -> tuple[ReadCampaign, GapResult]:
     from .gap.campaign import read_campaign
 
     with _progress() as tell:
@@ -262,7 +276,7 @@ def _print(taken: ReadCampaign, result: GapResult, *, as_json: bool) -> None:
 
 
 def _write(
-    work: _Work,
+    work: Work,
     taken: ReadCampaign,
     result: GapResult,
     report: Path | None,

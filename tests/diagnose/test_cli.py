@@ -132,14 +132,14 @@ def test_sidecar_beside_the_file_is_used(make: Make, tmp_path: Path) -> None:
     assert answer["features"]["outer_race_modulation"] is not None
 
 
-def test_demo_writes_its_report_and_refuses_a_second_time(tmp_path: Path) -> None:
+def test_demo_of_analyse_writes_its_report_and_refuses_a_second_time(tmp_path: Path) -> None:
     folder = tmp_path / "demo"
-    done = rotorwise("demo", "--output", folder)
+    done = rotorwise("demo", "--analyse", "--output", folder)
     assert done.returncode == 0
     for fault in ("unbalance", "bearing_outer_race", "bearing_inner_race"):
         assert fault in done.stdout
     assert (folder / "report.html").stat().st_size > 1e6
-    assert rotorwise("demo", "--output", folder).returncode != 0
+    assert rotorwise("demo", "--analyse", "--output", folder).returncode != 0
 
 
 def test_version_and_help() -> None:
