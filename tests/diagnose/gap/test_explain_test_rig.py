@@ -1,0 +1,85 @@
+"""Forces that do not repeat with the shaft must be found on the test rig, nothing must be called nothing.
+
+Recordings are stepped in time on a rig whose uncertain parameters are off by 3 %; the engine has a part of the
+catalogue, as a search through all of it takes too long here (`rotorwise trials` does that).
+"""
+
+import pytest
+from rotorwise.datasets.recording import Campaign, Recording
+from rotorwise.diagnose.gap import explain as module
+from rotorwise.diagnose.gap.explain import explain_gap
+from rotorwise.diagnose.gap.result import Cause, GapResult
+from rotorwise.simulators import test_rig as rig
+from rotorwise.simulators.effects.twice_line_force import TwiceLineForce
+from rotorwise.simulators.machine import Machine
+
+from .made_campaigns import altered, recorded
+
+SPEEDS_RPM = (1200.0, 1600.0, 2000.0, 2500.0)
+HOW = {"rate_hz": 6400.0, "duration_s": 2.5}
+HIDDEN = TwiceLineForce(force_n=30.0, torque_n_m=1.0)
+COMPETING = frozenset(
+    ("unbalance", "shaft_bow", "coupling_misalignment", "looseness", "twice_line_force", "outer_race_defect")
+)
+
+
+@pytest.fixture(scope="session")
+def real_rig() -> Machine:
+    return altered(rig, share=0.03, seed=3)
+
+
+@pytest.fixture(scope="session")
+def healthy(real_rig) -> tuple[Recording, ...]:
+    return recorded(real_rig, SPEEDS_RPM, seed=1, **HOW)
+
+
+@pytest.fixture(scope="session")
+def pulled(real_rig, healthy) -> Campaign:
+    return Campaign(recorded(real_rig.with_effects(HIDDEN), SPEEDS_RPM, seed=31, **HOW), healthy)
+
+
+@pytest.fixture(scope="session")
+def answer(pulled) -> GapResult:
+    return explain_gap(pulled, rig, only=COMPETING)
+
+
+def _the_pull(answer: GapResult) -> Cause:
+    assert answer.kind == "one cause"
+    (cause,) = answer.causes
+    assert (cause.effect, cause.at) == ("twice_line_force", "motor")
+    assert cause.probability > 0.95
+    return cause
+
+
+def test_a_force_at_twice_the_line_is_found(answer):
+    force = _the_pull(answer).parameters["force_n"]
+    assert force.low < HIDDEN.force_n < force.high
+    assert answer.gain.held_out_db > answer.gain.calibration_only_db + 10
+    assert answer.gain.held_out_db > answer.gain.smooth_function_db
+
+
+@pytest.mark.xfail(
+    strict=True,
+    reason="the rig's own parameters are not fitted beside a force that does not repeat: they move its torque by 13 %",
+)
+def test_the_interval_holds_the_torque(answer):
+    torque = _the_pull(answer).parameters["torque_n_m"]
+    assert torque.low < HIDDEN.torque_n_m < torque.high
+
+
+def test_nothing_is_called_nothing(real_rig, healthy):
+    found = explain_gap(Campaign(recorded(real_rig, SPEEDS_RPM, seed=21, **HOW), healthy), rig, only=COMPETING)
+    assert found.kind == "none"
+    assert not found.causes
+
+
+def test_a_force_that_is_not_in_the_catalogue_is_unknown(pulled):
+    found = explain_gap(pulled, rig, only=COMPETING - {"twice_line_force"})
+    assert found.kind == "unknown"
+    assert not found.causes
+
+
+def test_without_hypotheses_the_force_is_not_found(pulled, monkeypatch):
+    monkeypatch.setattr(module, "candidates", lambda machine, **which: ())
+    with pytest.raises(AssertionError):
+        _the_pull(explain_gap(pulled, rig, only=COMPETING))
