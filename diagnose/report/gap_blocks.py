@@ -143,7 +143,7 @@ def residual_table(result: GapResult) -> str:
     units = {one.name: one.unit for one in result.machine.bare_assembly().probes}
     names = line_names(result.measured, mesh_orders(result.machine))
     rows = [_residual_row(line, result, units.get(line.probe, ""), names[line.column]) for line in result.residuals]
-    caption = "Sigma: distance before, in standard deviations of everything uncertain"
+    caption = "Sigma: distance before, in standard deviations"
     first = sortable_table(_HEADS, rows[:MOST_RESIDUALS], caption=caption, css="gap-table")
     if len(rows) <= MOST_RESIDUALS:
         return first
@@ -188,7 +188,7 @@ def calibration_block(result: GapResult) -> str:
     if not moved:
         return "<p>Calibration left the machine's parameters as given.</p>"
     rows = [
-        f'<tr><th scope="row">{escape(name)}</th>{cell(number(given[name], digits=4), given[name])}'
+        f'<tr><th scope="row">{escape(parameter_label(name, units[name]))}</th>{cell(number(given[name], digits=4), given[name])}'
         f"{cell(number(value, digits=4), value)}<td>{escape(units[name])}</td></tr>"
         for name, value in moved.items()
     ]
