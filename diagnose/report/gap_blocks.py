@@ -188,8 +188,9 @@ def calibration_block(result: GapResult) -> str:
     if not moved:
         return "<p>Calibration left the machine's parameters as given.</p>"
     rows = [
-        f'<tr><th scope="row">{escape(parameter_label(name, units[name]))}</th>{cell(number(given[name], digits=4), given[name])}'
-        f"{cell(number(value, digits=4), value)}<td>{escape(units[name])}</td></tr>"
+        f'<tr><th scope="row">{escape(parameter_label(name, units[name]))}</th>'
+        f"{cell(number(given[name], digits=4), given[name])}{cell(number(value, digits=4), value)}"
+        f"<td>{escape(units[name])}</td></tr>"
         for name, value in moved.items()
     ]
     return sortable_table(("Parameter", "Given", "Calibrated", "Unit"), rows, caption="Calibrated parameters")
