@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...simulators.machine import Machine
 from .lines import Condition
 from .predict import UnpredictableError
 from .refine import Fit
@@ -19,49 +20,97 @@ if TYPE_CHECKING:
 SLOWER, FASTER, SPEEDS = 0.6, 1.25, 12
 #: A measurement that separates two hypotheses by less is not worth proposing.
 LEAST_SEPARATION = 9.0
+#: Speeds within this factor count as one; fewer than so many speeds leave causes alike.
+ALIKE, FEW_SPEEDS = 1.05, 3
 
 
 def next_measurement(kind: str, best: Fit, rivals: Sequence[Fit], prepared: Prepared) -> str:
-    """Return the proposal in words; empty when nothing is open."""
+    """Return what to record next and why, in sentences; empty when nothing is open."""
     if kind == "cannot tell":
-        speed = _emptiest_speed(prepared)
-        return f"Record at more speeds (for instance {speed:.0f} rpm) and longer, with a tacho."
+        return " ".join(_lacking(prepared))
     if not rivals or not best.candidates:
         return ""
-    names = ", ".join("+".join(rival.names) or "nothing" for rival in rivals)
-    speed, separation = most_separating_speed(best, rivals, prepared)
     parts = []
-    if separation > LEAST_SEPARATION:
-        parts.append(f"A recording at {speed:.0f} rpm would separate {'+'.join(best.names)} from {names}.")
+    speed, told_apart = most_separating_speed(best, rivals, prepared)
+    if told_apart:
+        names = " and from ".join(_words(rival) for rival in told_apart)
+        parts.append(f"A recording at {speed:.0f} rpm would separate {_words(best)} from {names}.")
+    alike = " and from ".join(_words(rival) for rival in rivals if rival not in told_apart)
+    if alike:
+        low, high = _range(prepared)
+        parts.append(
+            f"At these probes no speed from {low:.0f} to {high:.0f} rpm separates {_words(best)} from {alike}: measure "
+            "at a further place."
+        )
     for rival in rivals:
         for candidate in best.candidates:
             for other in rival.names:
                 if other in candidate.effect.RIVALS:
-                    parts.append(f"{candidate.name} or {other}: {candidate.effect.RIVALS[other]}")
-    return " ".join(parts)
+                    pair = f"{candidate.name} or {other}".replace("_", " ")
+                    parts.append(f"{pair}: {candidate.effect.RIVALS[other].rstrip('.')}.")
+    return " ".join(parts) or " ".join(_lacking(prepared))
 
 
-def most_separating_speed(best: Fit, rivals: Sequence[Fit], prepared: Prepared) -> tuple[float, float]:
-    """Return the speed (rpm) at which the least separated rival is separated best, and its d2 there."""
+def _words(fit: Fit) -> str:
+    return " + ".join(name.replace("_", " ") for name in fit.names) or "nothing"
+
+
+def _lacking(prepared: Prepared) -> list[str]:
+    """Return what these recordings lack, each with what to do about it."""
+    conditions, parts = prepared.measured.conditions, []
+    speed, count = _emptiest_speed(prepared), _different_speeds(prepared)
+    if count < FEW_SPEEDS:
+        said = "One speed was recorded" if count == 1 else f"{count} speeds were recorded"
+        parts.append(f"{said}, at which different causes look alike: record at {speed:.0f} rpm too.")
+    if not all(one.tied for one in conditions):
+        parts.append("Phases to the shaft are unknown: record a tacho with one pulse a turn.")
+    if not prepared.healthy:
+        parts.append("The healthy machine's own lines are unknown: give recordings of it as baseline.")
+    if not parts:
+        parts.append(f"What differs is small beside its uncertainty: record at {speed:.0f} rpm too, and longer.")
+    return parts
+
+
+def most_separating_speed(best: Fit, rivals: Sequence[Fit], prepared: Prepared) -> tuple[float, tuple[Fit, ...]]:
+    """Return a speed (rpm) and the rivals that a recording there separates from the best.
+
+    Of the rivals that any speed can separate, the speed at which the least separated one is separated best.
+    """
     measured = prepared.measured
-    speeds = [c.speed_rpm for c in measured.conditions]
-    tried = np.linspace(SLOWER * min(speeds), FASTER * max(speeds), SPEEDS)
+    tried = np.linspace(*_range(prepared), SPEEDS)
     load = measured.conditions[0].load
     predictor = prepared.predictor.at([Condition(float(speed), load) for speed in tried])
-    noise = np.median(np.where(measured.seen, measured.deviations, np.nan), axis=0)
-    noise = np.where(np.isfinite(noise), noise, np.nanmax(noise))
-    machine = prepared.baseline.machine
-    separation = np.full(SPEEDS, np.inf)
+    noise = np.median(np.where(measured.seen, measured.deviations, np.inf), axis=0)
+    found: list[tuple[Fit, np.ndarray]] = []
     try:
-        leading = predictor.amplitudes(best.machine(machine))
+        leading = predictor.amplitudes(_machine(best, prepared))
+        scale = noise**2 + (0.05 * np.abs(leading)) ** 2
         for rival in rivals:
-            other = predictor.amplitudes(rival.machine(machine))
-            scale = noise**2 + (0.05 * np.abs(leading)) ** 2
-            separation = np.minimum(separation, (np.abs(leading - other) ** 2 / scale).sum(axis=(1, 2)))
+            other = predictor.amplitudes(_machine(rival, prepared))
+            found.append((rival, (np.abs(leading - other) ** 2 / scale).sum(axis=(1, 2))))
     except UnpredictableError:
-        return float(tried[0]), 0.0
-    where = int(np.argmax(separation))
-    return float(tried[where]), float(separation[where])
+        return float(tried[0]), ()
+    able = [(rival, apart) for rival, apart in found if apart.max() > LEAST_SEPARATION]
+    if not able:
+        return float(tried[0]), ()
+    where = int(np.argmax(np.min([apart for _, apart in able], axis=0)))
+    return float(tried[where]), tuple(rival for rival, apart in able if apart[where] > LEAST_SEPARATION)
+
+
+def _range(prepared: Prepared) -> tuple[float, float]:
+    speeds = [c.speed_rpm for c in prepared.measured.conditions]
+    return SLOWER * min(speeds), FASTER * max(speeds)
+
+
+def _machine(fit: Fit, prepared: Prepared) -> Machine:
+    """Return the machine with the fitted effects, its own parameters where they were fitted beside them."""
+    return fit.machine((fit.problem or prepared).baseline.machine)
+
+
+def _different_speeds(prepared: Prepared) -> int:
+    """Return how many speeds were recorded that lie apart."""
+    speeds = sorted(c.speed_rpm for c in prepared.measured.conditions)
+    return 1 + sum(b > ALIKE * a for a, b in itertools.pairwise(speeds))
 
 
 def _emptiest_speed(prepared: Prepared) -> float:
