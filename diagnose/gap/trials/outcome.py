@@ -10,6 +10,7 @@ from typing import Any
 
 from ....simulators.effect import effect_catalogue
 from ..result import GapResult
+from ..waveform import ONLY_IN_WAVEFORM
 from .cases import TrialCase
 
 #: Keys of the hypotheses without effects.
@@ -143,10 +144,19 @@ def outcome_of(
         result.kind,
         named,
         {hypothesis(names): p for names, p in result.probabilities.items()},
-        result.indistinguishable,
+        _together(result),
         result.gain.held_out_db,
         oracle_gain_db,
         seconds,
+    )
+
+
+def _together(result: GapResult) -> tuple[tuple[str, ...], ...]:
+    """Return what the result cannot tell apart; what the waveform shows beside the lines belongs to each of it."""
+    shown = {cause.effect for cause in result.causes} & ONLY_IN_WAVEFORM
+    return tuple(
+        tuple(hypothesis(tuple((shown | set(one.split("+"))) - {NOTHING})) for one in together)
+        for together in result.indistinguishable
     )
 
 

@@ -18,7 +18,7 @@ from rotorwise.diagnose.gap.lines import OrderLines
 from rotorwise.diagnose.gap.result import Cause, Estimate, Gain, GapResult
 from rotorwise.diagnose.gap.trials import run
 from rotorwise.diagnose.gap.trials.cases import Hidden, TrialCase
-from rotorwise.diagnose.gap.trials.outcome import Named, Outcome, Truth, from_line, to_line
+from rotorwise.diagnose.gap.trials.outcome import Named, Outcome, Truth, from_line, outcome_of, to_line
 from rotorwise.diagnose.gap.trials.picture import confusion_svg, reliability_svg
 from rotorwise.diagnose.gap.trials.run import TrialFileError, Trials, run_trials
 from rotorwise.diagnose.gap.trials.scores import Scores, as_json, score
@@ -196,6 +196,17 @@ def test_angles_count_modulo_a_full_turn() -> None:
     assert score([one_outcome(named=shifted)]).coverage90 == 0.5
     elsewhere = (Named("unbalance", "coupling_hub", 1.0, intervals),)
     assert math.isnan(score([one_outcome(named=elsewhere)]).coverage90)
+
+
+def test_what_the_waveform_shows_belongs_to_each_of_a_declared_set() -> None:
+    case = made_case("amb_rotor", number=8, seed=1, snr_db=30.0, family="tune")
+    clipping, unbalance = Hidden(make_effect("clipping", {}), 900.0), case.hidden[0]
+    answer = replace(
+        result("several causes", (make_effect("clipping", {}), make_effect("shaft_bow", {}))),
+        indistinguishable=(("shaft_bow", "unbalance"),),
+    )
+    assert outcome_of(replace(case, hidden=(clipping, unbalance)), answer, seconds=1.0).is_right
+    assert not outcome_of(replace(case, hidden=(unbalance,)), answer, seconds=1.0).is_right
 
 
 def test_a_declared_set_that_holds_the_truth_is_right() -> None:
