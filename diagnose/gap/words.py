@@ -32,6 +32,8 @@ def verdict_words(result: GapResult) -> str:
     fitted = [c for i, c in enumerate(result.measured.conditions) if i not in result.gain.held_out]
     said = gap_words(result.residuals, result.measured, result.machine, whole=len(fitted))
     parts = [said, headline(result)]
+    forces = force_words(result)
+    parts.append(f"Added, without a cause: {'; '.join(forces)}." if forces else "")
     parts.append(open_words(result))
     parts.append(gain_words(result.gain) if result.kind not in ("none", "cannot tell") else "")
     return " ".join(filter(None, parts))
@@ -96,9 +98,7 @@ def headline(result: GapResult) -> str:
     if result.kind == "unknown":
         stated = probability_words(result.probabilities.get(("unknown",), math.nan))
         where = f", clearest in {_place_words(result)}" if result.residuals else ""
-        said = f"Something acts that no effect of the catalogue explains{where}, probability {stated}."
-        forces = force_words(result)
-        return f"{said} Added, without a cause: {'; '.join(forces)}." if forces else said
+        return f"Something acts that no effect of the catalogue explains{where}, probability {stated}."
     if result.kind == "cannot tell":
         best = [(names, p) for names, p in result.probabilities.items() if p >= 0.01][:3]
         words = [f"{hypothesis_words(names)} {probability_words(p)}" for names, p in best]

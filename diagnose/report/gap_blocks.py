@@ -75,27 +75,33 @@ def _cause_card(cause: Cause) -> str:
 
 def _forces_card(result: GapResult) -> str:
     gears = mesh_orders(result.machine)
-    rows = "".join(
-        f'<tr><th scope="row">{escape(line_words(one.order, gears))}</th><td>{escape(one.at)}</td>'
-        f"<td>{escape(one.direction)}</td><td>{printed(estimate_words(one.amplitude))}</td>"
-        f"<td>{printed(estimate_words(one.phase))}</td><td>{printed(estimate_words(one.speed_exponent))}</td>"
-        f"<td>{printed(estimate_words(one.load_exponent)) if one.load_exponent else ''}</td></tr>"
-        for one in result.empirical
-    )
-    heads = ("Line", "Place", "Direction", "Amplitude", "Phase", "Speed exponent", "Load exponent")
+    heads = ("Line", "Place", "Direction", "Amplitude", "Phase", "Speed exponent")
+    loaded = any(one.load_exponent for one in result.empirical)
+    rows = []
+    for one in result.empirical:
+        fitted = [one.amplitude, one.phase, one.speed_exponent, *([one.load_exponent] if loaded else [])]
+        cells = [escape(one.at), escape(one.direction)]
+        cells += [printed(estimate_words(value)) if value else "" for value in fitted]
+        line = f'<th scope="row">{escape(line_words(one.order, gears))}</th>'
+        rows.append(f"<tr>{line}{''.join(f'<td>{text}</td>' for text in cells)}</tr>")
     others = sorted({other for one in result.empirical for other in one.or_at})
     where = f" A force at {joined_words(others, last='or')} does nearly as well." if others else ""
-    speed = result.empirical[0].reference_speed_rpm
+    table = sortable_table(
+        (*heads, *(("Load exponent",) if loaded else ())),
+        rows,
+        caption=f"Amplitude at {result.empirical[0].reference_speed_rpm:.0f} rpm",
+        css="gap-table",
+    )
     return (
         '<li class="card"><h3 class="fault">Added: empirical forces</h3>'
-        "<p>They describe the lines that no effect explains; what makes them is unknown.</p>"
-        f"{sortable_table(heads, [rows], caption=f'Amplitude at {speed:.0f} rpm', css='gap-table')}"
+        f"<p>They describe the lines that no effect explains; what makes them is unknown.</p>{table}"
         f'<p class="source">In brackets: 90 % interval.{escape(where)}</p></li>'
     )
 
 
 def _fit(result: GapResult) -> str:
-    if not math.isfinite(result.misfit):
+    # For "unknown" no hypothesis was left to judge.
+    if not math.isfinite(result.misfit) or result.kind == "unknown":
         return ""
     return f"<p>Chance of a residual as large as the one that is left: {_percent(result.misfit)}.</p>"
 
