@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rotorwise.diagnose.gap.lines import OrderLines
+from rotorwise.diagnose.gap.lines import LineKind, OrderLines
 from rotorwise.diagnose.gap.result import KINDS
 from rotorwise.diagnose.gap.words import headline, hypothesis_words, sentence_of
 from rotorwise.diagnose.report.encode import to_json
-from rotorwise.diagnose.report.gap_blocks import printed
+from rotorwise.diagnose.report.gap_blocks import printed, residual_table
 from rotorwise.diagnose.report.gap_figures import gap_payload
 from rotorwise.diagnose.report.gap_page import render_gap, write_gap_page
 from rotorwise.diagnose.report.text import escape
@@ -47,6 +47,26 @@ def test_pictures_hold_the_lines_in_readable_units() -> None:
     # A line that cannot be seen is not drawn.
     assert payload["probes"][0]["measured"][0][3] is None
     assert payload["probes"][0]["noise"][0][3] is None
+
+
+def test_two_lines_of_one_order_are_told_apart_and_one_without_phase_has_none() -> None:
+    result = made("one cause")
+    kinds = (LineKind(), LineKind(), LineKind(phase=False, envelope=True), LineKind(phase=False, frequency_hz=5.0))
+    lines = replace(result.measured, orders=(0.5, 2.0, 2.0, 0.0), kinds=kinds)
+    worst = replace(result.residuals[0], order=2.0, column=2)
+    result = replace(result, measured=lines, residuals=(worst, replace(worst, column=1)))
+    payload = json.loads(to_json(gap_payload(result)))
+    assert payload["orders"] == ["0.5X", "2X", "envelope, 2X", "5 Hz"]
+    assert payload["phased"] == [True, True, False, False]
+    for phases in payload["probes"][0]["phases"]:
+        assert all((one[2], one[3]) == (None, None) and one[0] is not None for one in phases)
+    table = residual_table(result)
+    for name, column in (("envelope, 2X", 2), ("2X", 1)):
+        row = next(one for one in table.split("<tr>") if f">{name}</th>" in one)
+        after = abs(result.after[worst.condition, PROBES.index(worst.probe), column])
+        assert f'data-v="{after:.9g}"' in row
+    page = bare(render_gap(result))
+    assert '<option value="2" selected>envelope, 2X</option>' in page
 
 
 @pytest.mark.parametrize(
