@@ -20,7 +20,8 @@ __all__ = ["DemoFolderError", "run_demo", "run_pump", "write_demo"]
 
 MACHINE = "amb_rotor"
 CAMPAIGN, SEALED, REPORT, EXTENDED = "campaign", "sealed.toml", "report.html", "extended.toml"
-_SHIPPED = files(__package__ or "rotorwise.diagnose") / "demo_data"
+# A name that is no module's, or the installer takes the folder for a package.
+_SHIPPED = files(__package__ or "rotorwise.diagnose") / "demo-data"
 _FILE_FAILED = 3
 
 

@@ -19,7 +19,7 @@ from rotorwise.simulators.errors import InvalidValueError
 from rotorwise.simulators.machine import machine_from_toml
 
 COMMAND = Path(sys.executable).with_name("rotorwise")
-SHIPPED = Path(demo.__file__).with_name("demo_data")
+SHIPPED = Path(demo.__file__).with_name("demo-data")
 
 
 def run(*arguments: object) -> subprocess.CompletedProcess[str]:
