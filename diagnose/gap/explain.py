@@ -14,13 +14,14 @@ from ...simulators.machine import Machine
 from ...simulators.solvers.blas import single_blas_thread
 from .baseline import Baseline, again, calibrated, model_error, residual_error
 from .evidence import Comparison, Problem
+from .first_look import explainable, reach
 from .gain import measured_gain
 from .hypotheses import Candidate, candidates
 from .lines import OrderLines
 from .observe import observe_orders, with_floor, with_reference
 from .predict import Predictor
 from .result import GapResult
-from .screen import Atom, atoms_of, explainable, reach
+from .screen import Atom, atoms_of
 from .search import Screening, search, telling_conditions
 from .shown_lines import may_show
 from .unknown_force import force_kernels

@@ -8,7 +8,6 @@ times its angle, and needs one angle only.
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -17,6 +16,7 @@ import numpy as np
 from ...simulators.machine import Machine
 from .coordinates import log_prior
 from .evidence import Comparison, Widened, law_columns, log_density
+from .first_look import is_invisible, moved_to
 from .hypotheses import Candidate
 from .predict import Predictor, UnpredictableError
 from .refine import Responses
@@ -28,8 +28,6 @@ MOST_SHAPES = 8
 #: More responses than this are not computed for one candidate, a fixed sample of the grid; fewer where each is a
 #: simulation in time.
 MOST_ATOMS, MOST_IN_TIME = 40, 4
-#: An effect whose lines stay below this share of their deviation, at its median and far above it, is not looked at.
-INVISIBLE, STRONG = 0.3, 2.0
 #: Relative error up to which a response counts as proportional to its strength, or as turned by its angle.
 CLOSE = 0.05
 #: Factor over which a response that is not proportional is followed from where it was computed.
@@ -106,43 +104,6 @@ def atoms_of(
     return tuple(found)
 
 
-def explainable(candidate: Candidate, machine: Machine, predictor: Predictor, compared: Comparison) -> float:
-    """Return the most of the squared residual that a candidate can explain, whatever its strength, angles and law.
-
-    Its response at the prior's middle, with a complex factor of its own at each order. -1 where it has none.
-    """
-    try:
-        middle = Responses([candidate], machine, predictor)(np.zeros(len(candidate.coordinates)))
-    except UnpredictableError:
-        return -1.0
-    present = np.flatnonzero(np.abs(middle).max(axis=(0, 1)) > 0)
-    if not present.size:
-        return -1.0
-    single = np.zeros((present.size, *middle.shape), dtype=complex)
-    for row, order in enumerate(present):
-        single[row, :, :, order] = middle[:, :, order]
-    white = compared.whitened(np.concatenate([single, 1j * single]))
-    size = np.linalg.norm(white, axis=1)
-    basis = np.linalg.qr(white[size > 1e-9 * size.max()].T)[0]
-    return float(((basis.T @ compared.residual) ** 2).sum())
-
-
-def reach(candidate: Candidate, machine: Machine, predictor: Predictor, deviations: np.ndarray) -> float:
-    """Return how far a candidate with one strength moves any line at its median, in standard deviations of noise.
-
-    0 when it stays invisible even far above its median; infinite when it cannot be computed.
-    """
-    response = Responses([candidate], machine, predictor)
-    centre = np.zeros(len(candidate.coordinates))
-    try:
-        first = response(centre)
-        if not np.abs(first).max() > 0 or _is_invisible(response, centre, first, candidate.strengths, deviations):
-            return 0.0
-        return float((np.abs(first) / deviations).max())
-    except UnpredictableError:
-        return math.inf
-
-
 def _strength_sets(candidate: Candidate) -> list[tuple[int, ...]]:
     """Return which strengths act together: each alone; the best of each are put together by `_pursued`."""
     return [(one,) for one in candidate.strengths] or [()]
@@ -167,7 +128,7 @@ def _atoms(
         return []
     if in_time:
         most = min(most, MOST_IN_TIME)
-    elif _is_invisible(response, centre, first, moving, deviations):
+    elif is_invisible(response, centre, first, moving, deviations):
         return []
     angles = [i for i, c in enumerate(coordinates) if c.is_angle]
     turning = next((i for i in angles if _only_turns(response, centre, first, i, orders)), -1)
@@ -176,7 +137,7 @@ def _atoms(
     positions = _spread(candidate, centre, others)
     if moving and not proportional:
         levels = zip(*(coordinates[i].quantiles(STRENGTH_LEVELS) for i in moving), strict=True)
-        positions = [_with(position, moving, level) for level in list(levels) for position in positions]
+        positions = [moved_to(position, moving, level) for level in list(levels) for position in positions]
     if len(positions) > most:
         positions = [positions[i] for i in np.random.default_rng(1).permutation(len(positions))[:most]]
     response.prepare(positions)
@@ -189,21 +150,6 @@ def _atoms(
     return found
 
 
-def _is_invisible(
-    response: Responses, centre: np.ndarray, first: np.ndarray, moving: tuple[int, ...], deviations: np.ndarray | None
-) -> bool:
-    if deviations is None or (np.abs(first) > INVISIBLE * deviations).any():
-        return False
-    strong = response(_with(centre, moving, [STRONG] * len(moving)))
-    return not (np.abs(strong) > INVISIBLE * deviations).any()
-
-
-def _with(position: np.ndarray, numbers: Sequence[int], values: Sequence[float]) -> np.ndarray:
-    changed = position.copy()
-    changed[list(numbers)] = values
-    return changed
-
-
 def _spread(candidate: Candidate, centre: np.ndarray, others: Sequence[int]) -> list[np.ndarray]:
     """Return positions over the remaining coordinates: all combinations of few, a fixed sample of many."""
     if not others:
@@ -214,11 +160,11 @@ def _spread(candidate: Candidate, centre: np.ndarray, others: Sequence[int]) -> 
     if len(whole) > MOST_SHAPES + 1:
         generator = np.random.default_rng(0)
         whole = [whole[i] for i in generator.permutation(len(whole))[:MOST_SHAPES]]
-    return [_with(centre, others, values) for values in whole]
+    return [moved_to(centre, others, values) for values in whole]
 
 
 def _only_turns(response: Responses, centre: np.ndarray, first: np.ndarray, number: int, orders: np.ndarray) -> bool:
-    found = response(_with(centre, [number], [centre[number] + 1.0]))
+    found = response(moved_to(centre, [number], [centre[number] + 1.0]))
     return _differs_by(found, first * np.exp(1j * orders)) < CLOSE
 
 
@@ -244,7 +190,7 @@ def scaled_strengths(
         values.append(one.coordinate(wanted))
         if abs(one.value(values[-1]) - wanted) > 1e-3 * abs(wanted - zero):
             return None
-    return _with(position, moving, values)
+    return moved_to(position, moving, values)
 
 
 def _differs_by(found: np.ndarray, wanted: np.ndarray) -> float:

@@ -11,7 +11,7 @@ from ...simulators.effect import effect_catalogue
 from ...simulators.machine import Machine
 from .coordinates import values_at
 from .empirical import as_effect, empirical_forces
-from .evidence import Comparison
+from .evidence import Comparison, Widened
 from .gain import explained
 from .judged import judged
 from .next_measurement import next_measurement
@@ -54,6 +54,8 @@ def told(
     fitted = {fit.names for fit in (*posterior.fits, posterior.none)}
     rivals = [posterior.best(other) for other in together if other != names and other in fitted]
     forces, remarks = empirical_forces(prepared, posterior)
+    if kind == "unknown":
+        remarks = (*_closest(posterior), *remarks)
     added = tuple(as_effect(one) for one in forces)
     after = explained(best, everything, further=added)
     return GapResult(
@@ -77,6 +79,19 @@ def told(
         remarks=remarks,
         empirical=forces,
     )
+
+
+def _closest(posterior: Posterior) -> tuple[str, ...]:
+    """Return in words which known effect explains most of what is unknown; nothing where none explains half of it."""
+    if not posterior.fits:
+        return ()
+    best = max(posterior.fits, key=lambda fit: fit.log_evidence)
+    left = float(best.residual @ Widened(best.law).solve(best.residual))
+    share = 1 - left / max(float(posterior.none.residual @ posterior.none.residual), 1e-300)
+    if share < 0.5:
+        return ()
+    named = " and ".join(str(candidate).replace("_", " ") for candidate in best.candidates)
+    return (f"Of the known effects {named} comes closest: it explains {share:.0%} of what differs, not the rest.",)
 
 
 def _with_shown(probabilities: Mapping[tuple[str, ...], float], shown: tuple[str, ...]) -> dict[tuple[str, ...], float]:
