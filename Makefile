@@ -24,14 +24,14 @@ lint: $(VENV)/stamp-lint
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright --pythonpath $(BIN)/python
 
-# The suite without the browser and without every effect on every machine, with the oldest versions that
-# pyproject.toml allows.
+# The suite without the browser, every effect on every machine and the searches of the model gap, with the oldest
+# versions that pyproject.toml allows.
 test-oldest: $(VENV)/stamp-venv tests/oldest.txt pyproject.toml
 	rm -rf .venv-oldest
 	$(BIN)/python -m venv .venv-oldest
 	.venv-oldest/bin/python -m pip install --quiet --disable-pip-version-check -c tests/oldest.txt -e '.[test]'
 	.venv-oldest/bin/pytest -n auto --dist worksteal -m "not browser" --ignore tests/benchmarks --ignore tests/simulators/effects \
-	  --ignore tests/diagnose/test_simulated_faults.py $(PYTEST_ARGS)
+	  --ignore tests/diagnose/test_simulated_faults.py --ignore tests/diagnose/gap $(PYTEST_ARGS)
 
 clean:
 	rm -rf $(VENV) .venv-oldest demo build *.egg-info .pytest_cache .ruff_cache .hypothesis

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...simulators.machine import Machine
+from ...simulators.parameter import Normal, Parameter
 from .coordinates import Coordinate, coordinates_of, values_at
 from .lines import Condition, OrderLines, stacked
 from .predict import Predictor
@@ -33,6 +34,8 @@ NEGLIGIBLE = 2e-3
 #: Steps of the slopes in standard coordinates: of periodic motions, and of motions simulated in time.
 STEP, STEP_IN_TIME = 1e-3, 0.1
 MOST_STEPS = 6
+#: Units of dimensions, and the relative standard deviation of one that no prior is given for: evenly within 1 %.
+DIMENSIONS, DIMENSION_DEVIATION = ("m", "kg", "kg.m2", "kg.m"), 0.0058
 #: Times that the slopes are computed anew in a calibration, and change of a coordinate that does not ask for it.
 LINEARISED, NEAR = 3, 0.3
 
@@ -82,8 +85,10 @@ def machine_at(machine: Machine, coordinates: tuple[Coordinate, ...], position: 
 def start(machine: Machine, predictor: Predictor, *, tell: Callable[[str], None] = lambda _: None) -> Baseline:
     """Return the machine as given, linearised; parameters that move nothing measured are not active."""
     load = machine.definition.load_parameter
-    coordinates = coordinates_of([p for p in machine.definition.parameters if p.name != load])
     values = machine.values
+    coordinates = coordinates_of(
+        [_uncertain(p, values[p.name]) for p in machine.definition.parameters if p.name != load]
+    )
     given = np.array([c.coordinate(values[c.parameter.name]) for c in coordinates])
     tell(f"slopes of {len(coordinates)} machine parameters")
     found = linearised(machine, coordinates, given, given, np.ones(given.size, dtype=bool), predictor)
@@ -92,6 +97,14 @@ def start(machine: Machine, predictor: Predictor, *, tell: Callable[[str], None]
     slopes = found.slopes.copy()
     slopes[: given.size][~active] = 0.0
     return replace(found, active=active, slopes=slopes)
+
+
+def _uncertain(parameter: Parameter, value: float) -> Parameter:
+    """Return a dimension that is given as one that is known as well as drawings and scales are."""
+    if parameter.prior is not None or parameter.unit not in DIMENSIONS or value == 0:
+        return parameter
+    prior = Normal(value, DIMENSION_DEVIATION * abs(value))
+    return replace(parameter, prior=prior)
 
 
 def linearised(

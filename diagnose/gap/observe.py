@@ -41,6 +41,11 @@ DYNAMIC_RANGE = 3e-4
 STILL_ORDERS, STILL_PIECES, STILL_ROUNDS = np.array([1.0, 2.0, 3.0]), 8, 3
 
 
+#: A steady shaft's turns are a polynomial of time of this degree, fitted to at least so many pulses, when every pulse
+#: lies within so many samples of it.
+SMOOTH_DEGREE, SMOOTH_PULSES, EDGE_SAMPLES = 3, 12, 1.0
+
+
 class UnusableRecordingError(InvalidValueError):
     """A recording from which no order amplitudes can be taken."""
 
@@ -170,11 +175,14 @@ def shaft_turns(recording: Recording) -> np.ndarray:
             pulses_per_revolution=recording.pulses_per_revolution,
         )
         if found:
+            pulses = recording.pulses_per_revolution
+            smooth = smooth_turns(
+                found[1], samples=recording.samples, rate_hz=recording.rate_hz, pulses_per_revolution=pulses
+            )
+            if smooth is not None:
+                return smooth
             return phase_from_pulses(
-                found[1],
-                samples=recording.samples,
-                rate_hz=recording.rate_hz,
-                pulses_per_revolution=recording.pulses_per_revolution,
+                found[1], samples=recording.samples, rate_hz=recording.rate_hz, pulses_per_revolution=pulses
             )
     speed = observe_recording(recording).speed
     if speed is None:
@@ -183,6 +191,25 @@ def shaft_turns(recording: Recording) -> np.ndarray:
             "a recording of the turning machine."
         )
     return constant_speed_phase(samples=recording.samples, rate_hz=recording.rate_hz, speed_hz=speed.speed_hz)
+
+
+def smooth_turns(
+    times_s: np.ndarray, *, samples: int, rate_hz: float, pulses_per_revolution: float
+) -> np.ndarray | None:
+    """Return the shaft's turns at every sample as a cubic of time, where that passes every pulse within a sample.
+
+    A pulse's edge is known to a part of a sample. Followed from pulse to pulse, that error repeats with the beat
+    between shaft and sampling, and makes lines beside the shaft's orders which are not there. None where the speed
+    wanders more.
+    """
+    turns = np.arange(times_s.size) / pulses_per_revolution
+    end = samples / rate_hz
+    law = np.polynomial.Polynomial.fit(times_s, turns, SMOOTH_DEGREE, domain=[0.0, end])
+    speed_hz = (turns[-1] - turns[0]) / (times_s[-1] - times_s[0])
+    away = np.abs(law(times_s) - turns) / speed_hz * rate_hz
+    if times_s.size < SMOOTH_PULSES or away.max() > EDGE_SAMPLES:
+        return None
+    return law(np.arange(samples) / rate_hz)
 
 
 def has_tacho(recording: Recording) -> bool:

@@ -34,6 +34,8 @@ CLOSE = 0.05
 NEAR = 1.5
 #: Factor over which one that is proportional is followed.
 FAR = 1e3
+#: Logarithmic shares of the way from an atom's strength to the likeliest one that are tried.
+PRIOR_SHARES = (1.0, 0.5, 0.1, 0.0)
 #: Atoms of a candidate whose evidence is computed with the law's tolerance.
 FINALISTS = 3
 #: Coordinate below which a strength counts as absent, and coordinate of one that is present but small.
@@ -243,12 +245,18 @@ def _rated(
         power = float(white @ white)
         if power < 1e-9:
             continue
-        scale = min(max(float(white @ wanted) / power, 1 / reach), reach)
-        position = _scaled(candidate, atom, scale)
-        if atom.turning >= 0:
-            position[atom.turning] += angle
-        gain = scale * float(white @ wanted) - 0.5 * scale**2 * power + _present_prior(candidate, atom, position)
-        found.append((gain, position, scale * atom.response * np.exp(1j * orders * angle)))
+        along = float(white @ wanted)
+        likeliest = min(max(along / power, 1 / reach), reach)
+        options = []
+        # Where the prior is narrow the best strength lies between the likeliest one and the prior's middle.
+        for share in PRIOR_SHARES:
+            scale = likeliest**share
+            position = _scaled(candidate, atom, scale)
+            if atom.turning >= 0:
+                position[atom.turning] += angle
+            gain = scale * along - 0.5 * scale**2 * power + _present_prior(candidate, atom, position)
+            options.append((gain, position, scale * atom.response * np.exp(1j * orders * angle)))
+        found.append(max(options, key=lambda option: option[0]))
     return found
 
 

@@ -26,7 +26,7 @@ HOPELESS = 5.0
 #: Where nothing at all explains the data with this chance, effects that are no better in the first look are not
 #: followed: their evidence is that of the first look.
 GOOD = 0.05
-#: Effects so far behind the best in the first look are not followed.
+#: Effects that are simulated in time and so far behind the best in the first look are not followed.
 FAR_BEHIND = 300.0
 #: Parts and variants of one effect that are followed.
 PLACES = 2
@@ -137,7 +137,12 @@ def search(
     if _chance_of_residual(none) > GOOD:
         first_look = {o[0].candidate: o[0].score - plain for o in every if o[0].score <= plain}
     screened = [options for options in _few_of_each(every)[:REFINED] if options[0].candidate not in first_look]
-    screened = [options for options in screened if options[0].score > every[0][0].score - FAR_BEHIND]
+    screened = [
+        options
+        for options in screened
+        if options[0].score > every[0][0].score - FAR_BEHIND
+        or predictor.repeats(machine.with_effects(options[0].candidate.at(options[0].position)))
+    ]
     begun: list[tuple[Climbed, Candidate]] = []
     for rank, options in enumerate(screened):
         tell(f"effect {rank + 1} of {len(screened)}: {options[0].candidate}")
@@ -161,13 +166,24 @@ def search(
 
 
 def _few_of_each(screened: list[list[Start]]) -> list[list[Start]]:
-    """Return the list with at most `PLACES` parts or variants of one effect."""
+    """Return the list with at most `PLACES` parts or variants of one effect.
+
+    The best part with all strengths of an effect together is kept beside them: its first look, on a coarse grid of many
+    strengths, says least.
+    """
     counts: dict[str, int] = {}
-    kept = []
+    most: dict[str, int] = {}
     for options in screened:
-        name = options[0].candidate.name
-        counts[name] = counts.get(name, 0) + 1
-        if counts[name] <= PLACES:
+        one = options[0].candidate
+        most[one.name] = max(most.get(one.name, 0), len(one.strengths))
+    kept, whole = [], set()
+    for options in screened:
+        one = options[0].candidate
+        counts[one.name] = counts.get(one.name, 0) + 1
+        together = 1 < most[one.name] == len(one.strengths) and one.name not in whole
+        if together:
+            whole.add(one.name)
+        if together or counts[one.name] <= PLACES:
             kept.append(options)
     return kept
 

@@ -19,8 +19,8 @@ from .observe import weighted_amplitudes
 
 #: Turns of the shaft that are simulated: neighbouring orders, and sidebands a tenth of an order away, are told apart.
 TURNS = 24.0
-#: Longest step of a smooth motion, in samples of the record.
-STEPS_OF_SMOOTH = 0.5
+#: Longest step of a smooth motion, in samples of the record and as a multiple of the machine's own.
+STEPS_OF_SMOOTH, COARSER = 0.5, 2.0
 #: Longest settling of a motion of which only the difference from a like one counts.
 LONGEST_SETTLING_S = 0.4
 
@@ -64,7 +64,8 @@ def motions(runs: Sequence[Run]) -> list[Simulation | None]:
 
 def _side_by_side(runs: Sequence[Run]) -> list[Simulation | None]:
     first = runs[0]
-    step = STEPS_OF_SMOOTH / first.rate_hz if first.smooth else None
+    own = first.machine.definition.step_s
+    step = min(STEPS_OF_SMOOTH / first.rate_hz, COARSER * own) if first.smooth else None
     settle = min(first.machine.definition.settle_s, LONGEST_SETTLING_S) if first.smooth else None
     try:
         cases = [(run.machine, run.speed_rpm) for run in runs]

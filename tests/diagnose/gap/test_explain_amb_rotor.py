@@ -71,10 +71,6 @@ def test_nothing_is_called_nothing_without_tacho(real_amb_rotor, healthy):
     assert not found.causes
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="edges of a sampled tacho are off by 0.3 samples: 1X leaks into the lines at 50 Hz and 1X +- 1 Hz (4 sigma)",
-)
 def test_nothing_is_called_nothing(real_amb_rotor, healthy):
     found = explain_gap(Campaign(_sound_again(real_amb_rotor), healthy), amb_rotor, only=COMPETING)
     assert found.kind == "none"

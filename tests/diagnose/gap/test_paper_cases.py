@@ -54,17 +54,13 @@ def test_paper_002_what_the_printed_equation_16_lacks_is_a_turning_force_of_that
     assert (cause.effect, cause.at) == ("rotating_coupling_force", "coupling")
     force, angle = cause.parameters["force_n"], cause.parameters["angle_rad"]
     assert force.low < lost < force.high
-    assert force.high < 1.4 * force.low
+    # Dimensions are known to 1 % only, and no healthy recording says them better.
+    assert force.high < 1.5 * force.low
     # In x + i y at shaft angle 0: exact -i, printed -1/2.
     assert angle.low < math.atan2(-1.0, 0.5) < angle.high
     assert found.gain.held_out_db > found.gain.calibration_only_db + 6
 
 
-@pytest.mark.xfail(
-    strict=True,
-    raises=AssertionError,
-    reason="the hypothesis with all harmonics at once is dropped after the first look, in favour of single ones",
-)
 def test_paper_000_odd_harmonics_of_the_coupling_are_named_and_recovered() -> None:
     # Two effects compete, not all: the whole catalogue takes three times as long and gives the same.
     even = find_machine("amb_rotor").with_parameters(harmonic_1=0.0, harmonic_3=0.0)
