@@ -7,6 +7,7 @@ import math
 import pytest
 from rotorwise.datasets.recording import Campaign
 from rotorwise.diagnose.gap.explain import explain_gap
+from rotorwise.diagnose.gap.result import GapResult
 from rotorwise.simulators.effects.bolt_loss import BoltLoss
 from rotorwise.simulators.machine import find_machine
 
@@ -40,25 +41,37 @@ def test_paper_002_a_lost_bolt_is_named_with_its_share() -> None:
     assert found.gain.held_out_db > found.gain.smooth_function_db + 6
 
 
-def test_paper_002_what_the_printed_equation_16_lacks_is_a_turning_force_of_that_size() -> None:
-    """Exact is N K_b delta at 1X on rotor 2 in x and y; printed is half of it, a quarter turn away."""
+@pytest.fixture(scope="module")
+def lacking() -> tuple[GapResult, float]:
+    """The answer on what the printed equation (16) lacks, and the size of that force: N K_b delta at 1X and its half."""
     printed, exact = (find_machine("rigid_coupling").preset(name) for name in ("as_printed", "paper_reduction"))
     made = recorded(exact, COUPLED_RPM, rate_hz=500.0, duration_s=6.0, settle_s=100.0, seed=50)
-    found = explain_gap(Campaign(made), printed)
     values = exact.values
     whole = values["bolts"] * values["bolt_stiffness_n_m"] * values["hole_circle_offset_m"]
-    lost = whole * math.hypot(1.0, 0.5)
+    return explain_gap(Campaign(made), printed), whole * math.hypot(1.0, 0.5)
 
+
+def test_paper_002_what_the_printed_equation_16_lacks_is_a_turning_force_of_that_size(lacking) -> None:
+    """Exact is N K_b delta at 1X on rotor 2 in x and y; printed is half of it, a quarter turn away."""
+    found, lost = lacking
     assert found.kind == "one cause"
     (cause,) = found.causes
     assert (cause.effect, cause.at) == ("rotating_coupling_force", "coupling")
     force, angle = cause.parameters["force_n"], cause.parameters["angle_rad"]
     assert force.low < lost < force.high
-    # Dimensions are known to 1 % only, and no healthy recording says them better.
-    assert force.high < 1.5 * force.low
     # In x + i y at shaft angle 0: exact -i, printed -1/2.
     assert angle.low < math.atan2(-1.0, 0.5) < angle.high
     assert found.gain.held_out_db > found.gain.calibration_only_db + 6
+
+
+@pytest.mark.xfail(
+    strict=True,
+    raises=AssertionError,
+    reason="dimensions are known to 1 % only, and no healthy recording says them better: the ends' ratio is 1.42",
+)
+def test_paper_002_the_interval_of_that_force_is_narrow(lacking) -> None:
+    force = lacking[0].causes[0].parameters["force_n"]
+    assert force.high < 1.4 * force.low
 
 
 def test_paper_000_odd_harmonics_of_the_coupling_are_named_and_recovered() -> None:
