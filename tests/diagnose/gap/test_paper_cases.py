@@ -43,7 +43,7 @@ def test_paper_002_a_lost_bolt_is_named_with_its_share() -> None:
 
 @pytest.fixture(scope="module")
 def lacking() -> tuple[GapResult, float]:
-    """The answer on what the printed equation (16) lacks, and the size of that force: N K_b delta at 1X and its half."""
+    """The answer on what the printed equation (16) lacks, and that force: N K_b delta at 1X, half of it beside."""
     printed, exact = (find_machine("rigid_coupling").preset(name) for name in ("as_printed", "paper_reduction"))
     made = recorded(exact, COUPLED_RPM, rate_hz=500.0, duration_s=6.0, settle_s=100.0, seed=50)
     values = exact.values
