@@ -125,24 +125,10 @@ def explain_gap(
     periodic = part.repeats(problem.baseline.machine)
     chosen = telling_conditions(compared, SCREENED_CONDITIONS if periodic else SCREENED_IN_TIME)
     screened, few = prepared.problem([prepared.fitted[i] for i in chosen]).plain(), part.select(chosen)
-    own, deviations = problem.baseline.machine, screened.lines.deviations
-
-    def reached(one: Candidate) -> float:
-        return reach(one, own, few, deviations) if may_show(one, own, compared) else 0.0
-
+    own = problem.baseline.machine
     tell("finding what each effect can do")
-    competing = [
-        one
-        for one in candidates(
-            machine,
-            without=without
-            | ONLY_IN_WAVEFORM
-            | (effect_catalogue().keys() - only if only is not None else frozenset()),
-            probes=prepared.measured.probes,
-            reach=reached,
-        )
-        if may_show(one, own, compared)
-    ]
+    left_out = without if only is None else without | (effect_catalogue().keys() - only)
+    competing = _competing(machine, left_out, compared, own, few, screened)
     library, not_compared = responses(competing, own, few, screened, tell=tell)
     screening = Screening(chosen, screened, library)
     tied = all(one.tied for one in part.conditions)
@@ -151,6 +137,23 @@ def explain_gap(
     tell("measuring the gain")
     gain = measured_gain(machine, prepared, posterior)
     return told(machine, prepared, posterior, not_compared, gain, without=without)
+
+
+def _competing(
+    machine: Machine,
+    without: frozenset[str],
+    compared: Comparison,
+    own: Machine,
+    few: Predictor,
+    screened: Comparison,
+) -> list[Candidate]:
+    """Return the candidates whose lines may show; ``own`` is the calibrated machine, ``few`` for ``screened``."""
+
+    def reached(one: Candidate) -> float:
+        return reach(one, own, few, screened.lines.deviations) if may_show(one, own, compared) else 0.0
+
+    found = candidates(machine, without=without | ONLY_IN_WAVEFORM, probes=compared.lines.probes, reach=reached)
+    return [one for one in found if may_show(one, own, compared)]
 
 
 def prepare(campaign: Campaign, machine: Machine, *, tell: Tell = lambda _: None) -> Prepared:
