@@ -95,7 +95,7 @@ def _of_core(
     scale = 1 / np.sqrt(np.diag(system.mass_matrix))
     for i, lane in enumerate(lanes):
         if is_new:
-            solution = np.linalg.solve(dynamic_stiffness(system, lane, scale), scale[:, None] * columns)
+            solution = np.linalg.solve(dynamic_stiffness(system, lane, scale), scale[None, :, None] * columns)
             found[i, 1:] = (left * scale[used_rows]) @ solution[:, used_rows]
             continue
         if lane not in known.inverses:
