@@ -135,7 +135,7 @@ def draw_signal(recipe: Recipe, position: Position) -> Drawn:
         for name, choice in recipe.chain.items()
     }
     values |= {f"chain.{name}": value for name, value in chain.items() if not recipe.chain[name].is_fixed}
-    seed = int(np.random.SeedSequence([recipe.seed, _SEED, position.number]).generate_state(1, np.uint64)[0] >> 1)
+    seed = int(np.random.SeedSequence([recipe.seed, _SEED, position.number]).generate_state(1, np.uint64)[0]) >> 1
     machine = own.machine.with_parameters(**changed).with_effects(*effects)
     return Drawn(position, machine, speed, load, chain_of(chain), seed, values)
 
