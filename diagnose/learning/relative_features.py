@@ -121,9 +121,7 @@ def _other_envelope_lines(now: Observation) -> dict[str, float]:
         spectrum = envelope.spectrum
         heights = [_depth_at(envelope.spectrum, order * now.speed_hz) for order in own]
         shaft = max(shaft, float(np.sqrt(np.square(heights).sum())))
-        other = max(
-            other, _deepest_unexplained(now, spectrum.frequency_hz, spectrum.amplitude[0], spectrum.power_ratio[0])
-        )
+        other = max(other, _deepest_unexplained(now, spectrum))
     return {"envelope_shaft_depth": min(shaft, 3.0), "envelope_other_depth": min(other, 3.0)}
 
 
