@@ -21,6 +21,9 @@ from .zones.table import ChosenTable, ZoneRow, available_tables, find_table
 __all__ = ["assess", "available_tables", "baseline_limits", "zone_of"]
 
 _JUDGED = ("acceleration", "velocity", "displacement")
+_AT_RIGHT_ANGLES = {"x": "y", "y": "x", "horizontal": "vertical", "vertical": "horizontal"}
+#: The probe of a pair that is judged with the other one.
+_SECOND = ("y", "vertical")
 
 
 @dataclass(frozen=True)
@@ -166,7 +169,7 @@ def _items(recording: Recording, named: ChosenTable | None) -> Iterator[_Item]:
         chosen = replace(chosen, rows=rows)
         if rows[0].detector != "zero-to-max":
             yield _Item((index,), chosen)
-        elif channel.direction != "y" or _partner(recording, index) is None:
+        elif channel.direction not in _SECOND or _partner(recording, index) is None:
             partner = _partner(recording, index)
             yield _Item((index,) if partner is None else (index, partner), chosen)
 
@@ -174,7 +177,7 @@ def _items(recording: Recording, named: ChosenTable | None) -> Iterator[_Item]:
 def _partner(recording: Recording, index: int) -> int | None:
     """Return the probe at right angles to this one at the same place."""
     mine = recording.channels[index]
-    wanted = {"x": "y", "y": "x"}.get(mine.direction or "")
+    wanted = _AT_RIGHT_ANGLES.get(mine.direction or "")
     found = [
         other
         for other, channel in enumerate(recording.channels)

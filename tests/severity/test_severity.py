@@ -289,6 +289,14 @@ def test_magnetic_bearing_needs_a_pair_and_a_clearance():
     assert "clearance" in refusal
 
 
+def test_horizontal_and_vertical_magnetic_probes_are_a_pair():
+    there = magnetic(sine(20e-6 / math.sqrt(2)), sine(20e-6 / math.sqrt(2), phase=math.pi / 2))
+    turned = [replace(one, direction=way) for one, way in zip(there.channels, ("horizontal", "vertical"), strict=True)]
+    results, refusal = assess(replace(there, channels=tuple(turned)))
+    assert (refusal, len(results)) == ("", 1)
+    assert (results[0].channel, results[0].zone) == ("x + y", "A")
+
+
 def test_gear_unit_table():
     (result,), _ = assess(recording(sine(6e-3)), speed_rpm=1500, table="iso20816-9-subclass-a2")
     assert (result.zone, result.boundaries) == ("C", (3.15, 5.0, 8.0))
