@@ -23,6 +23,7 @@ from .judged import TOLD_APART, judged
 from .predict import Predictor
 from .result import AddedForce, Estimate
 from .unknown_force import LEAST_GAIN, Unknown, force_places, transfer
+from .waveform import accounts_for_lines
 
 if TYPE_CHECKING:
     from ...simulators.machine import Machine
@@ -74,9 +75,10 @@ class _Force:
 def empirical_forces(prepared: Prepared, posterior: Posterior) -> tuple[tuple[AddedForce, ...], tuple[str, ...]]:
     """Return the forces to add when the verdict is "unknown", and what is shown without one, in sentences.
 
-    Nothing where the waveform shows an effect of the measuring chain: that may be what is left over.
+    Nothing where the waveform shows a defect of the measuring chain that may be what is left over.
     """
-    if judged(posterior.probabilities)[0] != "unknown" or prepared.waveform:
+    accounted = accounts_for_lines(prepared.waveform, prepared.measured.probes)
+    if judged(posterior.probabilities)[0] != "unknown" or accounted:
         return (), ()
     problem = prepared.problem(prepared.fitted)
     return forces_of(posterior.unknown, posterior.compared, problem.baseline.machine, problem.predictor)

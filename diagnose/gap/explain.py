@@ -118,7 +118,7 @@ def explain_gap(
         When no channel is a probe of the machine, or a recording cannot be used.
     """
     tell("observing the recordings")
-    prepared = prepare(campaign, machine, tell=tell)
+    prepared = prepare(campaign, machine, without=without, tell=tell)
     problem = prepared.problem(prepared.fitted)
     part = problem.predictor
     compared = problem.plain()
@@ -136,7 +136,7 @@ def explain_gap(
     posterior = search(problem, screening, kernels, tell=tell)
     tell("measuring the gain")
     gain = measured_gain(machine, prepared, posterior)
-    return told(machine, prepared, posterior, not_compared, gain, without=without)
+    return told(machine, prepared, posterior, not_compared, gain)
 
 
 def _competing(
@@ -156,11 +156,14 @@ def _competing(
     return [one for one in found if may_show(one, own, compared)]
 
 
-def prepare(campaign: Campaign, machine: Machine, *, tell: Tell = lambda _: None) -> Prepared:
-    """Return observed lines and the calibrated baseline."""
+def prepare(
+    campaign: Campaign, machine: Machine, *, without: frozenset[str] = frozenset(), tell: Tell = lambda _: None
+) -> Prepared:
+    """Return observed lines and the calibrated baseline; effects of ``without`` are not looked for in the waveform."""
     channels = _channels(campaign, machine)
     measured, healthy = observed(campaign, machine, channels)
-    waveform = seen_in_waveform(campaign.recordings, campaign.baseline, list(channels))
+    seen = seen_in_waveform(campaign.recordings, campaign.baseline, list(channels))
+    waveform = {name: own for name, own in seen.items() if name not in without}
     measured = with_doubt(with_floor(measured, REPEATABILITY), waveform)
     healthy = with_floor(healthy, REPEATABILITY) if healthy else None
     held_out = _held_out(measured)

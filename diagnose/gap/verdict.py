@@ -19,6 +19,7 @@ from .refine import Fit
 from .result import Cause, Estimate, Gain, GapResult, ResidualLine
 from .search import Posterior
 from .shown_lines import sigmas
+from .waveform import SUSPECTED, accounts_for_lines
 
 if TYPE_CHECKING:
     from .explain import Prepared
@@ -34,12 +35,12 @@ def told(
     posterior: Posterior,
     not_compared: Mapping[str, str],
     gain: Gain,
-    *,
-    without: frozenset[str] = frozenset(),
 ) -> GapResult:
     """Return the whole answer."""
-    shown = {name: channels for name, channels in prepared.waveform.items() if name not in without}
     kind, names, together = judged(posterior.probabilities)
+    # A suspicion is a cause only where nothing else is, and the healthy machine's records do not raise it.
+    suspects = kind == "none" and prepared.healthy is not None
+    shown = {name: own for name, own in prepared.waveform.items() if suspects or name not in SUSPECTED}
     best = posterior.best(names) if kind in ("one cause", "several causes") else posterior.none
     compared = posterior.compared
     calibrated = prepared.baseline.machine
@@ -49,11 +50,14 @@ def told(
     probabilities = dict(posterior.probabilities)
     if shown:
         causes = (*_shown(shown), *causes)
-        probabilities = _with_shown(probabilities, tuple(shown))
-        kind = "one cause" if len(causes) == 1 else "several causes"
+        beyond = kind == "unknown" and not accounts_for_lines(shown, prepared.measured.probes)
+        probabilities = _with_shown(probabilities, tuple(shown), is_unknown_beside=beyond)
+        if not beyond:
+            kind = "one cause" if len(causes) == 1 else "several causes"
     fitted = {fit.names for fit in (*posterior.fits, posterior.none)}
     rivals = [posterior.best(other) for other in together if other != names and other in fitted]
     forces, remarks = empirical_forces(prepared, posterior)
+    remarks = (*remarks, *(_suspicion(name, own) for name, own in prepared.waveform.items() if name not in shown))
     if kind == "unknown":
         remarks = (*_closest(posterior), *remarks)
     added = tuple(as_effect(one) for one in forces)
@@ -94,11 +98,21 @@ def _closest(posterior: Posterior) -> tuple[str, ...]:
     return (f"Of the known effects {named} comes closest: it explains {share:.0%} of what differs, not the rest.",)
 
 
-def _with_shown(probabilities: Mapping[tuple[str, ...], float], shown: tuple[str, ...]) -> dict[tuple[str, ...], float]:
-    """Return the hypotheses with what the waveform shows; what it shows may itself leave lines unexplained."""
+def _suspicion(name: str, channels: Sequence[str]) -> str:
+    where = ", ".join(channels)
+    return f"{where}: the spectrum is strongest at the end of its band; {name} is possible. Was there a filter?"
+
+
+def _with_shown(
+    probabilities: Mapping[tuple[str, ...], float], shown: tuple[str, ...], *, is_unknown_beside: bool = False
+) -> dict[tuple[str, ...], float]:
+    """Return the hypotheses with what the waveform shows, which may itself be what leaves lines unexplained."""
     total: dict[tuple[str, ...], float] = {}
     for names, share in probabilities.items():
-        key = tuple(sorted((*shown, *(() if names == ("unknown",) else names))))
+        is_unknown = names == ("unknown",)
+        key = tuple(sorted((*shown, *(() if is_unknown else names))))
+        if is_unknown and is_unknown_beside:
+            key = names
         total[key] = total.get(key, 0.0) + share
     return dict(sorted(total.items(), key=lambda item: -item[1]))
 

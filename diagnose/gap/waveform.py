@@ -5,7 +5,7 @@ These are found by the data checks before any line is compared. A channel that s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,6 +29,8 @@ SHOWN_BY = {
 ONLY_IN_WAVEFORM = frozenset((*SHOWN_BY.values(), "speed_wander"))
 #: Of these, the ones that lose a part of the signal.
 LOSSY = ("clipping", "dropped_samples")
+#: A spectrum that rises towards its end may be folded, or be a resonance that a bearing's defect rings.
+SUSPECTED = frozenset({"aliasing"})
 #: Relative error of the lines of a channel that shows a defect.
 DOUBT = 0.2
 #: Change of speed within a record, by its tacho, that counts as wander, and growth over the healthy records.
@@ -133,6 +135,16 @@ def with_doubt(lines: OrderLines, seen: dict[str, tuple[str, ...]]) -> OrderLine
     share = np.where(np.isinf(doubt)[None, :, None], np.inf, 0.0)
     share = share + np.where(np.isinf(doubt), 0.0, doubt)[None, :, None] * np.abs(lines.amplitudes)
     return replace(lines, deviations=np.hypot(lines.deviations, share))
+
+
+def accounts_for_lines(seen: Mapping[str, Sequence[str]], probes: Sequence[str]) -> bool:
+    """Return whether what the waveform shows may itself be why no effect explains the lines.
+
+    A wandering speed, and parts lost at every probe, change lines by nobody knows how much. The other defects change
+    them by less than `DOUBT`, which the comparison allows for: what it still lacks is something else.
+    """
+    lossy = {name for effect in LOSSY for name in seen.get(effect, ())}
+    return "speed_wander" in seen or lossy.issuperset(probes)
 
 
 def _codes(recording: Recording, name: str) -> set[str]:

@@ -98,7 +98,9 @@ def headline(result: GapResult) -> str:
     if result.kind == "unknown":
         stated = probability_words(result.probabilities.get(("unknown",), math.nan))
         where = f", clearest in {_place_words(result)}" if result.residuals else ""
-        return f"Something acts that no effect of the catalogue explains{where}, probability {stated}."
+        beside = joined_words([cause_words(one) for one in result.causes])
+        also = f" The waveform shows {beside} as well." if beside else ""
+        return f"Something acts that no effect of the catalogue explains{where}, probability {stated}.{also}"
     if result.kind == "cannot tell":
         best = [(names, p) for names, p in result.probabilities.items() if p >= 0.01][:3]
         words = [f"{hypothesis_words(names)} {probability_words(p)}" for names, p in best]

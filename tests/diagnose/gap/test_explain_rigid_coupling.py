@@ -10,6 +10,7 @@ import pytest
 from rotorwise.datasets.recording import Campaign, Recording
 from rotorwise.diagnose.gap import explain as module
 from rotorwise.diagnose.gap.explain import explain_gap
+from rotorwise.diagnose.gap.words import verdict_words
 from rotorwise.simulators import rigid_coupling
 from rotorwise.simulators.effects.unbalance import Unbalance
 from rotorwise.simulators.machine import Machine
@@ -78,6 +79,23 @@ def test_what_is_not_in_the_catalogue_is_unknown(unbalanced):
     found = explain_gap(unbalanced, rigid_coupling, only=rivals)
     assert found.kind == "unknown"
     assert not found.causes
+
+
+def test_a_defect_of_the_waveform_does_not_stand_for_lines_that_nothing_explains(unbalanced):
+    def coarse(record: Recording) -> Recording:
+        step = record.signals[0].std() / 8
+        signals = np.concatenate([np.round(record.signals[:1] / step) * step, record.signals[1:]])
+        return dataclasses.replace(record, signals=signals)
+
+    campaign = Campaign(tuple(coarse(one) for one in unbalanced.recordings), unbalanced.baseline)
+    found = explain_gap(campaign, rigid_coupling, only=frozenset({"gravity"}))
+    assert found.kind == "unknown"
+    assert [cause.effect for cause in found.causes] == ["quantisation"]
+    assert "The waveform shows quantisation at" in verdict_words(found)
+    # Left out of the catalogue, it is not looked for.
+    assert not explain_gap(
+        campaign, rigid_coupling, only=frozenset({"gravity"}), without=frozenset({"quantisation"})
+    ).causes
 
 
 def test_without_hypotheses_the_effect_is_not_found(unbalanced, monkeypatch):

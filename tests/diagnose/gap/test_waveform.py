@@ -66,3 +66,14 @@ def test_what_the_waveform_shows_joins_every_hypothesis():
 
     found = _with_shown({(): 0.3, ("unknown",): 0.2, ("unbalance",): 0.5}, ("clipping",))
     assert found == {("clipping",): pytest.approx(0.5), ("clipping", "unbalance"): pytest.approx(0.5)}
+
+
+def test_only_what_spreads_lines_accounts_for_those_that_nothing_explains():
+    from rotorwise.diagnose.gap.verdict import _with_shown
+    from rotorwise.diagnose.gap.waveform import accounts_for_lines
+
+    assert accounts_for_lines({"clipping": ("a", "b")}, ("a", "b"))
+    assert accounts_for_lines({"speed_wander": ()}, ("a",))
+    assert not accounts_for_lines({"clipping": ("a",), "quantisation": ("b",)}, ("a", "b"))
+    found = _with_shown({(): 0.3, ("unknown",): 0.7}, ("quantisation",), is_unknown_beside=True)
+    assert found == {("unknown",): pytest.approx(0.7), ("quantisation",): pytest.approx(0.3)}
