@@ -33,11 +33,30 @@ FAULT_OF_EFFECT = {
     "dc_drift": "sensor_fault",
 }
 
+#: Simulated effects that sound machines have too, in a measure: no label.
+IMPERFECTIONS = (
+    "clock_error",
+    "coupling_stiffness_harmonics",
+    "gravity",
+    "load_fluctuation",
+    "mains_hum",
+    "mesh_error_harmonics",
+    "mounting_resonance",
+    "quantisation",
+    "remounted_sensor",
+    "rotating_coupling_force",
+    "run_out",
+    "speed_wander",
+    "support_anisotropy",
+    "torque_ripple",
+)
+
 
 def fault_of(effects: Iterable[str]) -> str:
     """Return the fault that effects make: one name, several joined by " + ", or "healthy" for none.
 
-    An effect without a name of its own in the diagnosis keeps its simulator's name.
+    An effect without a name of its own in the diagnosis keeps its simulator's name; imperfections that sound machines
+    have too are left out.
 
     Examples
     --------
@@ -46,5 +65,5 @@ def fault_of(effects: Iterable[str]) -> str:
     >>> fault_of([])
     'healthy'
     """
-    names = dict.fromkeys(FAULT_OF_EFFECT.get(effect, effect) for effect in effects)
+    names = {FAULT_OF_EFFECT.get(effect, effect) for effect in effects if effect not in IMPERFECTIONS}
     return " + ".join(sorted(names)) or HEALTHY

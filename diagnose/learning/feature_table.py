@@ -16,7 +16,7 @@ from ...simulators.errors import InvalidValueError, RotorwiseError
 from .fault_names import fault_of
 from .store_rows import RowGroup, channels_of, recording_of, row_groups, rows
 
-KINDS = ("relative", "absolute")
+KINDS = ("relative", "levels", "absolute")
 #: What every row says of itself besides the severities and the machine's and faults' values.
 LABELS = ("signal", "machine", "group", "split", "case", "fault", "record", "speed_rpm", "load", "rate_hz", "label")
 _VALUES = ("severity.", "effect.", "machine.")
@@ -99,8 +99,8 @@ def feature_table(
     ----------
     store : Store, str or Path
     kinds : sequence of str
-        ``"relative"``: independent of gain, rate and record (`relative_features`); ``"absolute"``: in SI units
-        (`absolute_features`), names with ``absolute.`` before them.
+        ``"relative"``: independent of gain, rate and record (`relative_features`); ``"levels"``: what is compared with
+        a baseline (`levels`); ``"absolute"``: in SI units (`absolute_features`), names with ``absolute.`` before them.
     workers : int
         Processes.
     limit : int, optional
@@ -226,7 +226,7 @@ def _row(task: _Task, row: Mapping[str, Any], channels: Mapping[str, Mapping[str
 def _features(recording: Any, kinds: Sequence[str]) -> dict[str, float] | None:
     from ..observe import observe
     from .absolute_features import absolute_features
-    from .relative_features import relative_features
+    from .relative_features import levels, relative_features
 
     now = observe(recording)
     if now.speed is None or not now.turning:
@@ -234,6 +234,8 @@ def _features(recording: Any, kinds: Sequence[str]) -> dict[str, float] | None:
     values: dict[str, float] = {}
     if "relative" in kinds:
         values |= relative_features(now)
+    if "levels" in kinds:
+        values |= levels(now)
     if "absolute" in kinds:
         values |= {f"absolute.{name}": value for name, value in absolute_features(now).items()}
     return values

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..faults.bearing import RhythmEvidence, rhythms, shaft_ratios, strongest
-from ..features import _BEARING_KEYS, _ORDER_KEYS, features
+from ..features import _BEARING_KEYS, _ORDER_KEYS, _ORDERS, features
 from ..observe import Observation
 from ..signal.spectrum import Spectrum, peak_near
 
@@ -77,6 +77,27 @@ def relative_features(observation: Observation, *, measured: Mapping[str, float]
     angle = np.radians(given["1x_phase_difference"])
     values["phase_difference_cos"], values["phase_difference_sin"] = float(np.cos(angle)), float(abs(np.sin(angle)))
     return values | _rhythms(observation) | _other_envelope_lines(observation)
+
+
+def level_names() -> tuple[str, ...]:
+    """Return the names of `levels`, in order."""
+    return tuple(f"{key}_level" for key in _ORDER_KEYS)
+
+
+def levels(observation: Observation) -> dict[str, float]:
+    """Return log10 of the loudest channel's amplitude at each order, never below its noise; NaN without a speed.
+
+    Levels depend on gain and machine: only their change against a healthy record of the same machine is a feature.
+    """
+    values = dict.fromkeys(level_names(), float("nan"))
+    if not observation.channel_count or observation.speed is None or not observation.turning:
+        return values
+    for order, key in zip(_ORDERS, _ORDER_KEYS, strict=True):
+        if order * observation.speed_hz > observation.spectrum.frequency_hz[-2]:
+            continue
+        lines = [observation.line(order, channel=channel) for channel in range(observation.channel_count)]
+        values[f"{key}_level"] = float(np.log10(max(max(line.amplitude, line.noise_floor, 1e-300) for line in lines)))
+    return values
 
 
 def _log(value: float) -> float:
