@@ -15,6 +15,7 @@ from ...simulators.solvers.blas import single_blas_thread
 from .baseline import Baseline, again, calibrated, model_error, residual_error
 from .evidence import Comparison, Problem
 from .first_look import explainable, reach
+from .found_lines import found_lines
 from .gain import measured_gain
 from .hypotheses import Candidate, candidates
 from .lines import OrderLines
@@ -63,6 +64,8 @@ class Prepared:
     error : ndarray (probes, orders)
     waveform : mapping of str to tuple of str
         Channels that show an effect of the measuring chain directly, by the effect's name.
+    found_hz : tuple of float
+        Frequencies of the lines that stay with speed and that no effect states.
     """
 
     measured: OrderLines
@@ -75,6 +78,7 @@ class Prepared:
     at_healthy: Baseline | None
     error: np.ndarray
     waveform: Mapping[str, tuple[str, ...]]
+    found_hz: tuple[float, ...] = ()
 
     def problem(self, chosen: Sequence[int]) -> Problem:
         """Return the problem of some of the conditions."""
@@ -128,7 +132,7 @@ def explain_gap(
     own = problem.baseline.machine
     tell("finding what each effect can do")
     left_out = without if only is None else without | (effect_catalogue().keys() - only)
-    competing = _competing(machine, left_out, compared, own, few, screened)
+    competing = _competing(machine, left_out, compared, own, few, screened, prepared.found_hz)
     library, not_compared = responses(competing, own, few, screened, tell=tell)
     screening = Screening(chosen, screened, library)
     tied = all(one.tied for one in part.conditions)
@@ -146,13 +150,20 @@ def _competing(
     own: Machine,
     few: Predictor,
     screened: Comparison,
+    found_hz: Sequence[float],
 ) -> list[Candidate]:
     """Return the candidates whose lines may show; ``own`` is the calibrated machine, ``few`` for ``screened``."""
 
     def reached(one: Candidate) -> float:
         return reach(one, own, few, screened.lines.deviations) if may_show(one, own, compared) else 0.0
 
-    found = candidates(machine, without=without | ONLY_IN_WAVEFORM, probes=compared.lines.probes, reach=reached)
+    found = candidates(
+        machine,
+        without=without | ONLY_IN_WAVEFORM,
+        probes=compared.lines.probes,
+        reach=reached,
+        frequencies_hz=found_hz,
+    )
     return [one for one in found if may_show(one, own, compared)]
 
 
@@ -161,7 +172,7 @@ def prepare(
 ) -> Prepared:
     """Return observed lines and the calibrated baseline; effects of ``without`` are not looked for in the waveform."""
     channels = _channels(campaign, machine)
-    measured, healthy = observed(campaign, machine, channels)
+    measured, healthy, found_hz = observed(campaign, machine, channels)
     seen = seen_in_waveform(campaign.recordings, campaign.baseline, list(channels))
     waveform = {name: own for name, own in seen.items() if name not in without}
     measured = with_doubt(with_floor(measured, REPEATABILITY), waveform)
@@ -185,16 +196,22 @@ def prepare(
         at_calibration if healthy else None,
         error,
         waveform,
+        found_hz,
     )
 
 
-def observed(campaign: Campaign, machine: Machine, channels: Mapping[str, str]) -> tuple[OrderLines, OrderLines | None]:
-    """Return the lines of the recordings to explain, and of the healthy ones if there are any."""
+def observed(
+    campaign: Campaign, machine: Machine, channels: Mapping[str, str]
+) -> tuple[OrderLines, OrderLines | None, tuple[float, ...]]:
+    """Return the lines to explain, those of the healthy recordings if any, and frequencies that no effect states."""
     speeds = [one.condition.speed_rpm for one in campaign.recordings if one.condition.speed_rpm]
     orders, kinds = wanted_lines(machine, highest=HIGHEST_ORDER, speeds_rpm=speeds)
+    further = found_lines(campaign.recordings, campaign.baseline, list(channels), (orders, kinds))
+    orders, kinds = (*orders, *(order for order, _ in further)), (*kinds, *(kind for _, kind in further))
     sets = [campaign.recordings, campaign.baseline] if campaign.baseline else [campaign.recordings]
     found = with_reference(*(observe_orders(one, orders=orders, kinds=kinds, channels=channels) for one in sets))
-    return found[0], found[1] if len(found) > 1 else None
+    frequencies = tuple(kind.frequency_hz for _, kind in further if kind.frequency_hz)
+    return found[0], found[1] if len(found) > 1 else None, frequencies
 
 
 def responses(

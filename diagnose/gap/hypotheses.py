@@ -60,6 +60,9 @@ class Candidate:
         return f"{self.name} at {self.effect.at}" if self.effect.at else self.name
 
 
+#: Supplies of the world, and by how much a line may be off its multiples.
+SUPPLIES_HZ, SUPPLY_WANDER = (50.0, 60.0), 0.005
+
 Reach = Callable[[Candidate], float]
 
 
@@ -69,6 +72,7 @@ def candidates(
     without: frozenset[str] = frozenset(),
     probes: Sequence[str] | None = None,
     reach: Reach = lambda candidate: 1.0,
+    frequencies_hz: Sequence[float] = (),
 ) -> tuple[Candidate, ...]:
     """Return every effect that can act on the machine, at every part, in order of name and part.
 
@@ -82,6 +86,8 @@ def candidates(
     reach : callable
         How far a candidate with a single strength moves the lines, in any unit; asked where an effect has several.
         Strengths that do next to nothing alone only modify the others.
+    frequencies_hz : sequence of float
+        Of lines that are compared: effects that are free to choose the frequency of their line are tried at these.
     """
     found = []
     for name, effect in sorted(effect_catalogue().items()):
@@ -94,12 +100,36 @@ def candidates(
             except RotorwiseError:
                 continue
             found += _variants(one, reach)
+            for tuned, fixed in _tuned(one, machine, frequencies_hz):
+                found += _variants(tuned, reach, fixed)
     return tuple(found)
 
 
-def _variants(effect: Effect, reach: Reach) -> list[Candidate]:
-    """Return the effect with all its strengths, and with each alone: a cause need not have all of them."""
-    coordinates = coordinates_of(effect.parameters())
+def _tuned(effect: Effect, machine: Machine, frequencies_hz: Sequence[float]) -> list[tuple[Effect, frozenset[str]]]:
+    """Return the effect with a line at each of the frequencies where it can have one there, and what is then given.
+
+    A frequency with a prior may be any; one without is that of the supply, 50 or 60 Hz.
+    """
+    found = []
+    for declared in effect.parameters():
+        if declared.unit != "Hz":
+            continue
+        for value in SUPPLIES_HZ if declared.prior is None else frequencies_hz:
+            if value == effect.values()[declared.name] or not declared.bounds[0] <= value <= declared.bounds[1]:
+                continue
+            tuned = effect.with_values(**{declared.name: value})
+            places = [abs(line.frequency_hz) for line in tuned.signature(machine) if line.order == 0]
+            if any(abs(place - one) <= SUPPLY_WANDER * one for place in places for one in frequencies_hz):
+                found.append((tuned, frozenset((declared.name,))))
+    return found
+
+
+def _variants(effect: Effect, reach: Reach, fixed: frozenset[str] = frozenset()) -> list[Candidate]:
+    """Return the effect with all its strengths, and with each alone: a cause need not have all of them.
+
+    Parameters in ``fixed`` keep their values.
+    """
+    coordinates = tuple(c for c in coordinates_of(effect.parameters()) if c.parameter.name not in fixed)
     strengths = [c.parameter for c in coordinates if c.parameter.zero is not None]
     if len(strengths) < 2:
         return [Candidate(effect, coordinates)]

@@ -62,9 +62,9 @@ def line_sizes(
     speed_hz = (turns[-1] - turns[0]) / (turns.size - 1) * rate_hz
     left = signals - signals.mean(axis=1, keepdims=True)
     left = left - np.real(locked[1] @ np.exp(2j * np.pi * np.outer(locked[0], turns)))
-    spectra = {False: _power(left)}
+    spectra = {False: line_power(left)}
     if any(kind.envelope for kind in kinds):
-        spectra[True] = _power(high_envelope(left, rate_hz=rate_hz, speed_hz=speed_hz))
+        spectra[True] = line_power(high_envelope(left, rate_hz=rate_hz, speed_hz=speed_hz))
     resolution = rate_hz / turns.size
     sizes = np.zeros((signals.shape[0], len(orders)))
     deviations = np.full(sizes.shape, np.inf)
@@ -96,8 +96,11 @@ def high_envelope(signals: np.ndarray, *, rate_hz: float, speed_hz: float) -> np
     return found - found.mean(axis=1, keepdims=True)
 
 
-def _power(signals: np.ndarray) -> np.ndarray:
-    """Return the mean square of a complex sine's half in every line of the spectrum, shape (channels, lines)."""
+def line_power(signals: np.ndarray) -> np.ndarray:
+    """Return the power of every line of the spectrum under a Hann window, shape (channels, lines).
+
+    Summed over the lines of a sine of amplitude A it is A^2 / 4.
+    """
     from scipy.fft import rfft
 
     window = np.hanning(signals.shape[1])

@@ -83,6 +83,12 @@ class Predictor:
         """By how much each line's phase turns with the shaft's angle: its order, 0 for lines without phase."""
         return phase_orders(self.orders, self.kinds)
 
+    @property
+    def _whole_orders(self) -> list[int]:
+        """Multiples of the shaft's speed among the lines."""
+        lines = zip(self.orders, self.kinds, strict=True)
+        return [round(o) for o, kind in lines if _is_whole(o) and not kind.envelope and not kind.frequency_hz]
+
     def amplitudes(self, machine: Machine) -> np.ndarray:
         """Return the lines, shape (conditions, probes, orders), complex.
 
@@ -181,8 +187,7 @@ class Predictor:
         if key not in self._motions:
             while len(self._motions) > KEPT_MOTIONS:
                 self._motions.pop(next(iter(self._motions)))
-            whole = [round(order) for order in self.phase_orders if _is_whole(order)]
-            highest = max(whole, default=1) + FURTHER_HARMONICS
+            highest = max(self._whole_orders, default=1) + FURTHER_HARMONICS
             try:
                 self._motions[key] = self._motions_at_loads(machine, highest)
             except (NoPeriodicMotionError, InvalidValueError) as problem:
@@ -211,8 +216,9 @@ class Predictor:
         chosen = [rows.index(name) for name in self.probes]
         result = np.zeros((len(self.probes), len(self.orders)), dtype=complex)
         for column, (order, kind) in enumerate(zip(self.orders, self.kinds, strict=True)):
-            if kind.phase and _is_whole(order):
-                result[:, column] = motion.amplitudes[chosen, round(order)]
+            if _is_whole(order) and not kind.envelope and not kind.frequency_hz:
+                amplitudes = motion.amplitudes[chosen, round(order)]
+                result[:, column] = amplitudes if kind.phase else np.abs(amplitudes)
         return result
 
     def _recorded(
