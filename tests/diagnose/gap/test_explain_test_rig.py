@@ -74,7 +74,8 @@ def test_nothing_is_called_nothing(real_rig, healthy):
 
 
 def test_a_force_that_is_not_in_the_catalogue_is_unknown(pulled):
-    found = explain_gap(pulled, rig, only=COMPETING - {"twice_line_force"})
+    # Without the bearing's defects, simulated in time, this takes a quarter of the time.
+    found = explain_gap(pulled, rig, only=COMPETING - {"twice_line_force", "outer_race_defect"})
     assert found.kind == "unknown"
     assert not found.causes
 
