@@ -14,9 +14,10 @@ import numpy as np
 from ...datasets.store import Store, open_store
 from ...simulators.errors import InvalidValueError, RotorwiseError
 from .fault_names import fault_of
+from .machine_noise import MachineNoise, with_machine_noise
 from .store_rows import RowGroup, channels_of, recording_of, row_groups, rows
 
-KINDS = ("relative", "levels", "absolute")
+KINDS = ("relative", "levels", "absolute", "rules")
 #: What every row says of itself besides the severities and the machine's and faults' values.
 LABELS = ("signal", "machine", "group", "split", "case", "fault", "record", "speed_rpm", "load", "rate_hz", "label")
 _VALUES = ("severity.", "effect.", "machine.")
@@ -83,11 +84,12 @@ class FeatureTable:
 def feature_table(
     store: Store | str | Path,
     *,
-    kinds: Sequence[str] = KINDS,
+    kinds: Sequence[str] = ("relative", "levels", "absolute"),
     workers: int = 1,
     limit: int | None = None,
     hint_error: float = 0.0,
     tacho: bool = True,
+    noise: MachineNoise | None = None,
     tell: Tell = lambda _done, _all: None,
 ) -> FeatureTable:
     """Return the features of every signal of a dataset.
@@ -100,7 +102,8 @@ def feature_table(
     store : Store, str or Path
     kinds : sequence of str
         ``"relative"``: independent of gain, rate and record (`relative_features`); ``"levels"``: what is compared with
-        a baseline (`levels`); ``"absolute"``: in SI units (`absolute_features`), names with ``absolute.`` before them.
+        a baseline (`levels`); ``"absolute"``: in SI units (`absolute_features`), names with ``absolute.`` before them;
+        ``"rules"``: what the evidence rules state without a baseline, ``rules.FAULT``.
     workers : int
         Processes.
     limit : int, optional
@@ -109,6 +112,8 @@ def feature_table(
         Relative error of the nominal speed, drawn evenly within plus and minus it.
     tacho : bool
         False hides the tacho: most measured files have none.
+    noise : MachineNoise, optional
+        Added to the simulated signals; see `machine_noise`.
     tell : callable
         Called with row groups done and in all.
 
@@ -126,7 +131,7 @@ def feature_table(
         raise InvalidValueError(f"workers = {workers}, hint_error = {hint_error}; allowed: 1 or more, 0 to 0.08.")
     store = store if isinstance(store, Store) else open_store(store)
     pieces = row_groups(store)[:limit]
-    task = _Task(store.folder.name, tuple(kinds), hint_error, tacho)
+    task = _Task(store.folder.name, tuple(kinds), hint_error, tacho, noise)
     found: dict[int, list[_Row]] = {}
     for number, block in _computed(task, store, pieces, workers):
         found[number] = block
@@ -140,6 +145,7 @@ class _Task:
     kinds: tuple[str, ...]
     hint_error: float
     tacho: bool
+    noise: MachineNoise | None
 
 
 @dataclass(frozen=True)
@@ -217,6 +223,8 @@ def _row(task: _Task, row: Mapping[str, Any], channels: Mapping[str, Mapping[str
     effects = tuple(row["effects"])
     try:
         recording = recording_of(row, channels, hint_error=task.hint_error, tacho=task.tacho)
+        if task.noise is not None:
+            recording = with_machine_noise(recording, row, task.noise)
         features = _features(recording, task.kinds)
     except RotorwiseError as problem:
         return _Row(None, about, effects, str(problem))
@@ -224,7 +232,9 @@ def _row(task: _Task, row: Mapping[str, Any], channels: Mapping[str, Mapping[str
 
 
 def _features(recording: Any, kinds: Sequence[str]) -> dict[str, float] | None:
+    from ..evidence import judge
     from ..observe import observe
+    from ..result import FAULTS
     from .absolute_features import absolute_features
     from .relative_features import levels, relative_features
 
@@ -238,4 +248,7 @@ def _features(recording: Any, kinds: Sequence[str]) -> dict[str, float] | None:
         values |= levels(now)
     if "absolute" in kinds:
         values |= {f"absolute.{name}": value for name, value in absolute_features(now).items()}
+    if "rules" in kinds:
+        stated = {one.fault: one.probability for one in judge(now)}
+        values |= {f"rules.{fault}": stated.get(fault, 0.0) for fault in FAULTS}
     return values

@@ -1,7 +1,7 @@
 """Faults that the simulated record itself does not show: they are taught as "healthy", that is, nothing evident.
 
-A record shows its fault when one of the own features of the fault lies further above healthy records of the same machine,
-speed and load than 99 % of the healthy records lie above each other (shared among the features of the fault).
+A record shows its fault when one of the fault's own features lies further above the healthy records of the same
+machine, speed and load than 99 % of healthy records lie above each other (shared among the fault's features).
 Nobody could name what is less than that, and a classifier that is taught to would name noise.
 """
 
