@@ -1,0 +1,306 @@
+"""Severity estimators of one machine: training from a dataset, estimates for a recording, refusals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ....datasets.recording import Recording
+from ....datasets.store import Store
+from ....simulators.errors import InvalidValueError
+from ....simulators.machine import Machine, machine_from_toml
+from ...result import Severity
+from ...severity import assess
+from .conformal import ConformalRegressor
+from .predicted_zone import PredictedZone, disagreement, predicted_zone
+from .reading import SeverityTable, features_of, probes_of, read_table, reference_machine
+from .targets import TARGETS, target_named
+from .unit_responses import UnitResponses
+
+#: A speed may be so far outside the training range, relative: what is read from a tacho is no sharper.
+_SPEED_MARGIN = 0.005
+#: A record must have this share of the shortest training record's length and of its sampling rate.
+_LENGTH_SHARE, _RATE_SHARE = 0.8, 0.999
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One severity of a record.
+
+    Attributes
+    ----------
+    target, unit : str
+    value, low, high : float
+        In ``unit``: the estimate and its interval.
+    reaches_zero : bool
+        Whether the record could come from a machine without this fault.
+    beyond : bool
+        Whether the interval reaches the largest severity of the training: the true one may be larger than ``high``.
+    """
+
+    target: str
+    unit: str
+    value: float
+    low: float
+    high: float
+    reaches_zero: bool
+    beyond: bool
+
+
+@dataclass(frozen=True)
+class SeverityAnswer:
+    """What a model says of a recording.
+
+    Attributes
+    ----------
+    estimates : tuple of Estimate
+    speed_rpm : float
+    predicted : PredictedZone or None
+        Zone that the simulator predicts for the estimates; None where no severity of the model makes shaft lines.
+    shown : Severity or None
+        Worst zone that the record shows; ``refusal`` says why there is none.
+    disagreement : str
+        A finding: empty where predicted and measured zone agree.
+    refusal : str
+    remarks : tuple of str
+    """
+
+    estimates: tuple[Estimate, ...]
+    speed_rpm: float
+    predicted: PredictedZone | None
+    shown: Severity | None
+    disagreement: str
+    refusal: str
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class SeverityModel:
+    """Estimators of a machine's severities.
+
+    Attributes
+    ----------
+    regressors : mapping of str to ConformalRegressor
+        By target.
+    features : tuple of str
+    card : dict
+        JSON types only; see `train`.
+    responses : UnitResponses
+    remarks : tuple of str
+    """
+
+    regressors: dict[str, ConformalRegressor]
+    features: tuple[str, ...]
+    card: dict[str, Any]
+    responses: UnitResponses
+    remarks: tuple[str, ...] = ()
+
+    def estimate(self, recording: Recording) -> SeverityAnswer:
+        """Return severities with intervals, the zone they lead to and the zone that the record shows.
+
+        Raises
+        ------
+        InvalidValueError
+            For a record outside the training range: missing probes, other quantities, rate, length or speed.
+        """
+        card = self.card
+        _check_record(recording, card)
+        values, lines = features_of(recording, card["probes"], self.responses)
+        _check_speed(lines.speed_rpm, card)
+        missing = [name for name in self.features if name not in values]
+        if missing:
+            raise InvalidValueError(
+                f"The recording gives no {missing[0]}, which the model needs ({len(missing)} of {len(self.features)} "
+                "features missing). Give bearings (--bearing) and a sampling rate as in the training."
+            )
+        row = np.array([[values[name] for name in self.features]])
+        found = {name: self._estimate(name, row) for name in self.regressors}
+        shown, refusal = assess(recording, speed_rpm=lines.speed_rpm)
+        predicted = self.predict_zone(lines, {name: tuple(ends) for name, ends in found.items()})
+        worst = shown[0] if shown else None
+        return SeverityAnswer(
+            tuple(_shown(name, ends, card["largest"][name]) for name, ends in found.items()),
+            lines.speed_rpm,
+            predicted,
+            worst,
+            disagreement(predicted, worst) if predicted and worst else "",
+            refusal,
+            (*self.remarks, *_unlike(values, card)),
+        )
+
+    def predict_zone(self, lines: Any, ends: dict[str, tuple[float, ...]]) -> PredictedZone | None:
+        """Return the zone of (estimate, low, high) by target, None where none of them makes shaft lines."""
+        sources = {target_named(name).source: values for name, values in ends.items()}
+        parts = [{name: v[i] for name, v in sources.items() if name is not None} for i in range(3)]
+        if not parts[0]:
+            return None
+        return predicted_zone(self.responses, lines, parts[0], low=parts[1], high=parts[2])
+
+    def _estimate(self, name: str, row: np.ndarray) -> np.ndarray:
+        regressor = self.regressors[name]
+        return np.array([regressor.predict(row)[0], *regressor.predict_interval(row)[0]])
+
+
+def train(
+    store: Store,
+    *,
+    split: str | None = "train",
+    coverage: float = 0.9,
+    seed: int = 0,
+    table: SeverityTable | None = None,
+) -> SeverityModel:
+    """Return the estimators of the machine of a dataset.
+
+    Parameters
+    ----------
+    store : Store
+    split : str or None
+        Of the dataset; None for all of it.
+    coverage : float
+        Of the intervals, over machines.
+    seed : int
+    table : SeverityTable, optional
+        Of this dataset, if it has been read already.
+
+    Raises
+    ------
+    InvalidValueError
+        For a dataset without such severities, several kinds of machine, or too few machines for the coverage.
+    """
+    machine, probes = reference_machine(store.recipe), probes_of(store.recipe)
+    responses = UnitResponses(machine, probes)
+    table = read_table(store, responses=responses) if table is None else table
+    used = np.ones(len(table), bool) if split is None else table.splits == split
+    if not used.any():
+        raise InvalidValueError(
+            f"{store.folder.name} has no rows of split {split!r}; allowed: {', '.join(sorted(set(table.splits)))}. "
+            "Correct it."
+        )
+    return fit_model(table.part(used), responses, store=store, split=split, coverage=coverage, seed=seed)
+
+
+def fit_model(
+    part: SeverityTable, responses: UnitResponses, *, store: Store, split: str | None, coverage: float, seed: int
+) -> SeverityModel:
+    """Return the estimators fitted to a table; parameters as in `train`."""
+    machines = np.unique(part.groups).size
+    fewest = int(np.ceil(coverage / (1 - coverage) - 1e-9))
+    if machines < fewest:
+        raise InvalidValueError(
+            f"{machines} machines for intervals of {100 * coverage:g} %; allowed: {fewest} or more. Build more of the "
+            "dataset, or ask for a lower coverage (--coverage)."
+        )
+    regressors = {}
+    for name, labels in part.labels.items():
+        if not (labels > 0).any():
+            continue
+        regressor = ConformalRegressor(
+            coverage=coverage, floor=2 * float(labels[labels > 0].min()), least=0.0, seed=seed
+        )
+        regressors[name] = regressor.fit(part.values, labels, part.groups)
+    return SeverityModel(regressors, part.names, _card(part, responses, store, split, coverage, seed), responses)
+
+
+def calibrate(model: SeverityModel, table: SeverityTable) -> None:
+    """Take the intervals from other machines, such as machines further from the preset; the values stay."""
+    for name, regressor in model.regressors.items():
+        regressor.calibrate(table.values, table.labels[name], table.groups)
+    model.card["calibration"] = f"{np.unique(table.groups).size} machines: {', '.join(sorted(set(table.kinds)))}"
+
+
+def _card(
+    part: SeverityTable, responses: UnitResponses, store: Store, split: str | None, coverage: float, seed: int
+) -> dict[str, Any]:
+    from .model_file import model_versions
+
+    recipe = store.recipe
+    speeds = [lines.speed_rpm for lines in part.lines]
+    misfit = part.values[:, part.names.index("offset+angle+unbalance.misfit")]
+    quantity = {one: _quantity(responses.machine, one) for one in responses.probes}
+    return {
+        "recipe": recipe.name,
+        "fingerprint": recipe.fingerprint,
+        "recipe_seed": recipe.seed,
+        "split": split,
+        "machines": int(np.unique(part.groups).size),
+        "records": len(part),
+        "cases": sorted({str(case) for case in part.cases}),
+        "limits": list(recipe.limits),
+        "machine": responses.machine.to_toml(),
+        "probes": list(responses.probes),
+        "quantities": quantity,
+        "speed_rpm": [float(min(speeds)), float(max(speeds))],
+        "rate_hz": float(part.rates_hz.min()),
+        "duration_s": float(part.durations_s.min()),
+        "largest_misfit": float(misfit.max()),
+        "largest": {name: float(labels.max()) for name, labels in part.labels.items()},
+        "smallest": {name: float(labels[labels > 0].min()) for name, labels in part.labels.items() if labels.any()},
+        "coverage": coverage,
+        "calibration": "folds of the training machines",
+        "seed": seed,
+        "versions": model_versions(),
+    }
+
+
+def _quantity(machine: Machine, probe: str) -> str:
+    unit = next(one.unit for one in machine.assembly(speed_rpm=1000.0).probes if one.name == probe)
+    return {"m": "displacement", "m/s": "velocity", "m/s2": "acceleration"}[unit]
+
+
+def responses_of(card: dict[str, Any]) -> UnitResponses:
+    """Return the responses of a card's machine."""
+    return UnitResponses(machine_from_toml(card["machine"]), card["probes"])
+
+
+def _check_record(recording: Recording, card: dict[str, Any]) -> None:
+    there = {channel.name: channel.quantity for channel in recording.channels}
+    missing = [name for name in card["probes"] if name not in there]
+    if missing:
+        raise InvalidValueError(
+            f"No channel {missing[0]!r} in the recording, which has {', '.join(there)}; the model needs "
+            f"{', '.join(card['probes'])}. Name the channels so (--channel-name), or use a model of this machine."
+        )
+    wrong = [name for name in card["probes"] if there[name] != card["quantities"][name]]
+    if wrong:
+        raise InvalidValueError(
+            f"Channel {wrong[0]} measures {there[wrong[0]] or 'something of unknown unit'}; the model needs "
+            f"{card['quantities'][wrong[0]]}. Pass --unit or --sensitivity, or use another model."
+        )
+    for what, value, needed, unit in (
+        ("Sampling rate", recording.rate_hz, _RATE_SHARE * card["rate_hz"], "Hz"),
+        ("Length", recording.duration_s, _LENGTH_SHARE * card["duration_s"], "s"),
+    ):
+        if value < needed:
+            raise InvalidValueError(
+                f"{what} {value:g} {unit}; the model needs {needed:.4g} {unit} or more, as in training. Record again."
+            )
+
+
+def _check_speed(speed_rpm: float, card: dict[str, Any]) -> None:
+    low, high = card["speed_rpm"]
+    if not low * (1 - _SPEED_MARGIN) <= speed_rpm <= high * (1 + _SPEED_MARGIN):
+        raise InvalidValueError(
+            f"Speed {speed_rpm:.4g} rpm; the model was trained from {low:.4g} to {high:.4g} rpm. Record "
+            "within that range, or train a model for this speed."
+        )
+
+
+def _unlike(values: dict[str, float], card: dict[str, Any]) -> tuple[str, ...]:
+    if values["offset+angle+unbalance.misfit"] <= card["largest_misfit"]:
+        return ()
+    return (
+        "No unbalance and misalignment of the simulated machine makes lines like these: the estimates are doubtful. "
+        "Compare with rotorwise gap.",
+    )
+
+
+def _shown(name: str, ends: Sequence[float] | np.ndarray, largest: float) -> Estimate:
+    target = target_named(name)
+    value, low, high = (target.per_si * float(one) for one in ends)
+    return Estimate(name, target.unit, value, low, high, low <= 1e-9 * target.per_si * largest, ends[2] >= largest)
+
+
+__all__ = ["TARGETS", "Estimate", "SeverityAnswer", "SeverityModel", "calibrate", "fit_model", "responses_of", "train"]
