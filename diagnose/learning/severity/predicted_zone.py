@@ -105,7 +105,7 @@ def directed(
             matrix = shapes[place].reshape(2, -1)
             real = np.hstack([matrix.real, matrix.imag])
             rest = (wanted - others).ravel()
-            found = np.linalg.lstsq(real.T, np.hstack([rest.real, rest.imag]), rcond=1e-8)[0]
+            found = np.linalg.lstsq(real.T, np.hstack([np.real(rest), np.imag(rest)]), rcond=1e-8)[0]
             vectors[name] = _sized(complex(*found), sizes.get(name))
     return vectors, start.speed_rpm
 

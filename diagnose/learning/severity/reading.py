@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -62,15 +62,18 @@ class SeverityTable:
     def part(self, chosen: np.ndarray) -> SeverityTable:
         """Return some rows, chosen by an array of bool."""
         places = np.flatnonzero(chosen)
-        return SeverityTable(
-            self.names,
-            self.values[places],
-            {name: values[places] for name, values in self.labels.items()},
-            *(column[places] for column in (self.groups, self.splits, self.cases, self.kinds)),
-            tuple(self.lines[place] for place in places),
-            tuple(self.zones[place] for place in places),
-            self.rates_hz[places],
-            self.durations_s[places],
+        return replace(
+            self,
+            values=self.values[places],
+            labels={name: values[places] for name, values in self.labels.items()},
+            groups=self.groups[places],
+            splits=self.splits[places],
+            cases=self.cases[places],
+            kinds=self.kinds[places],
+            lines=tuple(self.lines[place] for place in places),
+            zones=tuple(self.zones[place] for place in places),
+            rates_hz=self.rates_hz[places],
+            durations_s=self.durations_s[places],
         )
 
 
@@ -176,13 +179,16 @@ def read_table(
         )
     columns = tuple(found[0][1])
     return SeverityTable(
-        columns,
-        np.array([[values[name] for name in columns] for _, values, *_ in found]),
-        {name: np.array([labels[name] for *_, labels in found]) for name in names},
-        *(np.array([row[key] for row, *_ in found]) for key in ("group", "split", "case", "machine")),
-        tuple(lines for _, _, lines, *_ in found),
-        tuple(zone for *_, zone, _ in found),
-        np.array([row["rate_hz"] for row, *_ in found]),
-        np.array([row["samples"] / row["rate_hz"] for row, *_ in found]),
-        tuple(refused),
+        names=columns,
+        values=np.array([[values[name] for name in columns] for _, values, *_ in found]),
+        labels={name: np.array([labels[name] for *_, labels in found]) for name in names},
+        groups=np.array([row["group"] for row, *_ in found]),
+        splits=np.array([row["split"] for row, *_ in found]),
+        cases=np.array([row["case"] for row, *_ in found]),
+        kinds=np.array([row["machine"] for row, *_ in found]),
+        lines=tuple(lines for _, _, lines, *_ in found),
+        zones=tuple(zone for *_, zone, _ in found),
+        rates_hz=np.array([row["rate_hz"] for row, *_ in found]),
+        durations_s=np.array([row["samples"] / row["rate_hz"] for row, *_ in found]),
+        refused=tuple(refused),
     )

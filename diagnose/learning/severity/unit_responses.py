@@ -121,10 +121,8 @@ class UnitResponses:
 def _effect(source: str, size: float, phase_rad: float) -> Effect:
     if source == "unbalance":
         return Unbalance(moment_kg_m=size, angle_rad=phase_rad)
-    values = {"offset_m": 0.0, "angle_rad": 0.0, "offset_phase_rad": 0.0, "angle_phase_rad": 0.0}
-    key = {"offset": "offset_m", "angle": "angle_rad"}[source]
-    phase_key = {"offset": "offset_phase_rad", "angle": "angle_phase_rad"}[source]
-    return CouplingMisalignment(**{**values, key: size, phase_key: phase_rad})
+    offset, angle = (size if source == name else 0.0 for name in ("offset", "angle"))
+    return CouplingMisalignment(offset_m=offset, angle_rad=angle, offset_phase_rad=phase_rad, angle_phase_rad=phase_rad)
 
 
 def line_weights(lines: ShaftLines) -> np.ndarray:
@@ -181,7 +179,7 @@ def _fit_at(responses: UnitResponses, lines: ShaftLines, sources: Sequence[str],
 
 
 def _stacked(values: np.ndarray) -> np.ndarray:
-    return np.hstack([values.real, values.imag])
+    return np.hstack([np.real(values), np.imag(values)])
 
 
 def source_features(responses: UnitResponses, lines: ShaftLines) -> dict[str, float]:
