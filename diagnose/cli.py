@@ -18,6 +18,7 @@ from .envelope_command import envelope
 from .gap_command import gap
 from .orders_command import orders
 from .papers import papers
+from .severity_command import severity
 from .sidebands_command import sidebands
 from .simulate_command import simulate
 from .thresholds_command import thresholds
@@ -112,6 +113,7 @@ def demo(
 
 
 app.add_typer(dataset, name="dataset")
+app.add_typer(severity, name="severity")
 app.command()(papers)
 app.command()(effects)
 app.command()(envelope)
