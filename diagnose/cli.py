@@ -15,6 +15,7 @@ from . import cli_options as options
 from .dataset_command import dataset
 from .effects_command import effects
 from .envelope_command import envelope
+from .evaluate_command import evaluate
 from .gap_command import gap
 from .orders_command import orders
 from .papers import papers
@@ -22,6 +23,7 @@ from .severity_command import severity
 from .sidebands_command import sidebands
 from .simulate_command import simulate
 from .thresholds_command import thresholds
+from .train_command import train
 from .trials_command import trials
 
 _FILES_IN_FULL = 3  # more files than this are shown as one table
@@ -117,11 +119,13 @@ app.add_typer(severity, name="severity")
 app.command()(papers)
 app.command()(effects)
 app.command()(envelope)
+app.command()(evaluate)
 app.command()(gap)
 app.command()(orders)
 app.command()(sidebands)
 app.command()(simulate)
 app.command()(thresholds)
+app.command()(train)
 app.command()(trials)
 
 

@@ -30,6 +30,13 @@ def as_json(analysis: Analysis) -> dict[str, Any]:
         "severity_refusal": analysis.severity_refusal or None,
         "warnings": list(analysis.warnings),
         "remarks": list(analysis.remarks),
+        "model": None
+        if analysis.opinion is None
+        else {
+            "probabilities": {name: number(one) for name, one in analysis.opinion.probabilities.items()},
+            "p_value": number(analysis.opinion.p_value),
+            "counted": analysis.opinion.known,
+        },
         "channels": list(analysis.channels),
         "rate_hz": number(analysis.rate_hz),
         "duration_s": number(analysis.duration_s),

@@ -10,9 +10,10 @@ import numpy as np
 
 from ..datasets.recording import Recording
 from .evidence import LEAST_PROBABILITY, LEAST_TURNS
+from .learning.opinion import words_of
 from .notes import NO_ROTATION
 from .observe import TRUSTED_SPEED
-from .result import Analysis, Finding, Pictures, Severity, SpeedEstimate
+from .result import Analysis, Finding, Opinion, Pictures, Severity, SpeedEstimate
 
 _WORDS = {
     "unbalance": "unbalance",
@@ -55,6 +56,7 @@ class BlockResult:
     unexplained: tuple[str, ...]
     lines_tested: int
     baseline_path: str | None
+    opinion: Opinion | None = None
 
     @property
     def start_s(self) -> float:
@@ -77,6 +79,7 @@ def merge(path: str, blocks: Sequence[BlockResult], shown: Pictures) -> Analysis
     unexplained = _told_once([block.unexplained for block in turning])
     warnings = [*first.warnings, *_told_once([block.notes for block in blocks]), *unexplained]
     warnings += _passing(turning, findings)
+    opinion = _opinion(turning)
     samples = sum(block.samples for block in blocks)
     turns = max(block.turns for block in turning)
     return Analysis(
@@ -97,7 +100,22 @@ def merge(path: str, blocks: Sequence[BlockResult], shown: Pictures) -> Analysis
         tests=max(block.lines_tested for block in blocks),
         blocks=tuple(_row(block) for block in blocks) if len(blocks) > 1 else (),
         pictures=shown,
-        remarks=blocks[0].remarks,
+        remarks=(*blocks[0].remarks, *(() if opinion is None else (words_of(opinion),))),
+        opinion=opinion,
+    )
+
+
+def _opinion(blocks: Sequence[BlockResult]) -> Opinion | None:
+    """Return the mean of what the model says of the blocks; one that most blocks are unlike does not count."""
+    found = [block.opinion for block in blocks if block.opinion is not None]
+    if not found:
+        return None
+    names = found[0].probabilities
+    return replace(
+        found[0],
+        probabilities={name: float(np.mean([one.probabilities[name] for one in found])) for name in names},
+        p_value=float(np.median([one.p_value for one in found])),
+        known=sum(one.known for one in found) * 2 >= len(found),
     )
 
 

@@ -13,6 +13,7 @@ from ..datasets.reading import read_blocks
 from ..datasets.recording import Recording
 from . import evidence
 from .features import features
+from .learning.opinion import opinion_of, with_opinion
 from .merge import BlockResult, merge
 from .notes import notes, remarks, unexplained
 from .observe import Observation, observe
@@ -142,7 +143,9 @@ def _analyse_block(
             table=severity_table,
         )
     observation = replace(observation, zone=max((one.zone for one in severity), default=None))
-    findings = evidence.judge(observation, before)
+    measured = features(observation)
+    opinion = opinion_of(observation, before, measured=measured)
+    findings = with_opinion(evidence.judge(observation, before), opinion, least=evidence.LEAST_PROBABILITY)
     block = BlockResult(
         # An empty array of its own: an empty view would keep the block's samples alive.
         recording=replace(recording, signals=np.empty((len(recording.channels), 0))),
@@ -153,12 +156,13 @@ def _analyse_block(
         findings=findings,
         severity=severity,
         refusal=refusal,
-        features=features(observation),
+        features=measured,
         notes=(*told, *notes(observation, before)),
         unexplained=unexplained(observation, before, findings),
         remarks=remarks(observation),
         lines_tested=observation.lines_tested,
         baseline_path=None if healthy is None else healthy.path,
+        opinion=opinion,
     )
     return block, observation, healthy
 

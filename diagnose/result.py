@@ -99,6 +99,28 @@ class Finding:
 
 
 @dataclass(frozen=True)
+class Opinion:
+    """What a classifier trained on simulated machines says of a recording.
+
+    Attributes
+    ----------
+    probabilities : dict of str to float
+        By fault, "healthy" among them; they add up to 1.
+    p_value : float
+        Share of simulated recordings that are as unlike the others.
+    known : bool
+        Whether that is enough to count.
+    weights : dict or None
+        How rules and model are combined; None where they are not.
+    """
+
+    probabilities: dict[str, float]
+    p_value: float
+    known: bool
+    weights: dict[str, float] | None = None
+
+
+@dataclass(frozen=True)
 class Severity:
     """Where one channel stands in one zone table.
 
@@ -234,6 +256,8 @@ class Analysis:
     warnings : tuple of str
     remarks : tuple of str
         Worth knowing, neither a fault nor a defect of the data.
+    opinion : Opinion or None
+        What the trained model says, on its own; None where it was not asked.
     channels : tuple of str
     rate_hz, duration_s : float
     features : dict
@@ -264,3 +288,4 @@ class Analysis:
     blocks: tuple[dict, ...] = ()
     pictures: Pictures = field(default_factory=Pictures)
     remarks: tuple[str, ...] = ()
+    opinion: Opinion | None = None

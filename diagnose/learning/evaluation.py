@@ -80,7 +80,7 @@ def scores(found: Judged) -> dict[str, Any]:
     rows; ``calibration_error``: their mean distance, weighted by rows.
     """
     known = found.where(found.known)
-    names = sorted(set(found.truth))
+    names = sorted(set(found.truth.tolist()))
     recall = {name: _share(known.right[known.truth == name]) for name in names}
     sound = np.isin(known.truth, (HEALTHY, NOT_EVIDENT))
     curve = calibration(known)
@@ -103,7 +103,7 @@ def confusion(found: Judged) -> dict[str, dict[str, int]]:
     """Return truth -> answer -> rows; a row unlike the training is answered "unknown"."""
     answers = np.where(found.known, found.answer, UNKNOWN)
     table: dict[str, dict[str, int]] = {}
-    for name in sorted(set(found.truth)):
+    for name in sorted(set(found.truth.tolist())):
         kinds, counts = np.unique(answers[found.truth == name], return_counts=True)
         table[name] = {str(kind): int(count) for kind, count in zip(kinds, counts, strict=True)}
     return table

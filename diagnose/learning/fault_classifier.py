@@ -81,7 +81,7 @@ class FaultClassifier(ClassifierMixin, BaseEstimator):
         self.classes_, counts = np.unique(y, return_counts=True)
         if self.classes_.size < 2:
             # The words are what scikit-learn's own check looks for.
-            raise ValueError(f"Classifier can't train when only one class is present: {self.classes_[0]!r}.")
+            raise InvalidValueError(f"Classifier can't train when only one class is present: {self.classes_[0]!r}.")
         groups = None if groups is None else np.asarray(groups)
         splits = _splits(X, y, counts, groups, folds=self.folds, seed=self.random_state)
         self.calibrated_ = bool(splits)
@@ -90,7 +90,8 @@ class FaultClassifier(ClassifierMixin, BaseEstimator):
         self.usable_ = np.all([~np.isnan(X[part]).all(axis=0) for part in parts], axis=0)
         self.estimator_: Any = self._base()
         if splits:
-            self.estimator_ = CalibratedClassifierCV(self._base(), method="sigmoid", cv=splits, ensemble=False)
+            whole: Any = False  # one model fitted on all, not one a fold; older annotations know texts only
+            self.estimator_ = CalibratedClassifierCV(self._base(), method="sigmoid", cv=splits, ensemble=whole)
         self.estimator_.fit(self._used(X), y)
         if splits:
             self.estimator_.cv = None  # the folds' row numbers have done their work
@@ -122,13 +123,14 @@ class FaultClassifier(ClassifierMixin, BaseEstimator):
         if self.model == "linear":
             steps = (SimpleImputer(strategy="median", keep_empty_features=True), StandardScaler())
             return make_pipeline(*steps, LogisticRegression(max_iter=2000, C=0.1))
+        never: Any = False
         return HistGradientBoostingClassifier(
             max_iter=self.iterations,
             learning_rate=0.1,
             max_leaf_nodes=12,
             min_samples_leaf=10,
             l2_regularization=1.0,
-            early_stopping=False,
+            early_stopping=never,
             random_state=self.random_state,
         )
 
@@ -182,6 +184,7 @@ def out_of_group(
         )
     probability, p_value = np.zeros((len(y), classes.size)), np.zeros(len(y))
     for fit, held in splits:
-        one = clone(model).fit(X[fit], y[fit], groups=groups[fit])
+        one: Any = clone(model)
+        one.fit(X[fit], y[fit], groups=groups[fit])
         probability[held], p_value[held] = one.predict_proba(X[held]), one.novelty_p_value(X[held])
     return probability, p_value

@@ -56,7 +56,7 @@ def evident(table: FeatureTable) -> np.ndarray:
             continue
         limits = [_limit(excess[table.labels == HEALTHY, feature], len(own)) for feature in own]
         rows = np.flatnonzero(table.labels == fault)
-        shown[rows] = np.nan_to_num(excess[np.ix_(rows, own)] - limits, nan=-1.0).max(axis=1) > 0
+        shown[rows] = np.nan_to_num(excess[rows][:, own] - limits, nan=-1.0).max(axis=1) > 0
         shown[rows] |= np.array([pairs[row].size == 0 for row in rows])
     return shown
 

@@ -3,61 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...simulators.errors import InvalidValueError
-from .changes import learning_rows, model_feature_names
+from .changes import model_feature_names
+from .combination import COMBINED, race_weights
 from .evaluation import Judged, judged, scores
 from .fault_classifier import FaultClassifier
-from .fault_names import HEALTHY
 from .feature_table import FeatureTable
+from .learning_set import LEAST_MACHINES, LearningSet, learnable, learning_set
 from .model_file import Model, model_versions
-from .not_evident import FALSE_EVIDENCE, evident
+from .not_evident import FALSE_EVIDENCE
 
 #: p-value below which a recording is unlike the training: one in fifty of machines like those of the training.
 UNKNOWN_BELOW = 0.02
 _MILDEST = 1 / 3
-
-
-@dataclass(frozen=True, eq=False)
-class LearningSet:
-    """Rows as a classifier takes them: each recording alone, and once more against a healthy one of its machine.
-
-    Attributes
-    ----------
-    values : array (rows, features)
-    labels : array (rows,)
-        What is taught: "healthy" where the fault does not show.
-    truth : array (rows,)
-        What was simulated; "not evident" where it does not show.
-    with_baseline : array (rows,)
-    columns : dict of array (rows,)
-        Labels of the table.
-    """
-
-    values: np.ndarray
-    labels: np.ndarray
-    truth: np.ndarray
-    with_baseline: np.ndarray
-    columns: Mapping[str, np.ndarray]
-
-    def where(self, mask: np.ndarray) -> LearningSet:
-        """Return the rows that a mask chooses."""
-        columns = {name: column[mask] for name, column in self.columns.items()}
-        return LearningSet(self.values[mask], self.labels[mask], self.truth[mask], self.with_baseline[mask], columns)
-
-
-def learning_set(table: FeatureTable, *, seed: int) -> LearningSet:
-    """Return what a classifier learns from, and what it is judged on."""
-    values, index = learning_rows(table, seed=seed)
-    shown = evident(table)
-    labels = np.where(shown, table.labels, HEALTHY)[index]
-    truth = np.where(shown, table.labels, "not evident")[index]
-    alone = np.arange(len(index)) < len(table)
-    return LearningSet(values, labels, truth, ~alone, {name: column[index] for name, column in table.columns.items()})
 
 
 def train(
@@ -87,29 +49,53 @@ def train(
     """
     rows = learning_set(table, seed=seed)
     fitted = rows.columns["split"] == "train"
-    if np.unique(rows.labels[fitted]).size < 2:
+    if not _has_two(rows.where(fitted)):
+        shown = ", ".join(np.unique(rows.labels[fitted])) or "nothing"
         raise InvalidValueError(
-            f"Split train of the dataset shows {', '.join(np.unique(rows.labels[fitted])) or 'nothing'}; allowed: two "
-            "faults or more, healthy among them or not. Build more of it."
+            f"Split train of the dataset shows {shown}; allowed: two classes or more, each on {LEAST_MACHINES} machine "
+            "draws. Build more of it."
         )
     classifier = _fitted(rows.where(fitted), model, seed, iterations)
     judgements = {"machine": _judgement(classifier, rows.where(~fitted))}
     for name, held in (("severity", _mild(rows)), ("condition", _fast(rows))):
         part = rows.where(fitted & ~held)
-        usable = np.unique(part.labels).size > 1 and (~fitted & held).any()
+        usable = _has_two(part) and (~fitted & held).any()
         judgements[name] = (
             _judgement(_fitted(part, model, seed, iterations), rows.where(~fitted & held)) if usable else None
         )
-    return Model(classifier, model_feature_names(), _card(rows, fitted, classifier, origin, judgements))
+    card = _card(rows, fitted, classifier, origin, judgements)
+    return Model(
+        classifier, model_feature_names(), card | {"combination": _combination(table, rows, fitted, classifier)}
+    )
+
+
+def _combination(
+    table: FeatureTable, rows: LearningSet, fitted: np.ndarray, classifier: FaultClassifier
+) -> dict[str, float] | None:
+    """Return the weights of rules and model, where the table says what the rules state."""
+    if not any(f"rules.{fault}" in table.names for fault in COMBINED):
+        return None
+    alone = learnable(rows.where(fitted & ~rows.with_baseline))
+    stated = {
+        fault: table.only([f"rules.{fault}"]).values[alone.index, 0]
+        for fault in COMBINED
+        if f"rules.{fault}" in table.names
+    }
+    try:
+        weights = race_weights(stated, alone, classifier)
+    except InvalidValueError:  # too few machines for folds
+        return None
+    return None if weights is None else weights.data()
+
+
+def _has_two(rows: LearningSet) -> bool:
+    return np.unique(learnable(rows).labels).size > 1
 
 
 def _fitted(rows: LearningSet, model: str, seed: int, iterations: int) -> FaultClassifier:
     made = FaultClassifier(model=model, iterations=iterations, random_state=seed)
-    return made.fit(rows.values, rows.labels, groups=_groups(rows))
-
-
-def _groups(rows: LearningSet) -> np.ndarray:
-    return np.char.add(np.char.add(rows.columns["machine"].astype(str), "/"), rows.columns["group"].astype(str))
+    used = learnable(rows)
+    return made.fit(used.values, used.labels, groups=used.groups)
 
 
 def _mild(rows: LearningSet) -> np.ndarray:
@@ -144,8 +130,9 @@ def _card(
     origin: Mapping[str, Any],
     judgements: Mapping[str, Any],
 ) -> dict[str, Any]:
-    groups = _groups(rows)
-    taught = {str(one): int((rows.labels[fitted] == one).sum()) for one in classifier.classes_}
+    groups = rows.groups
+    used = learnable(rows.where(fitted))
+    taught = {str(one): int((used.labels == one).sum()) for one in classifier.classes_}
     return {
         "origin": dict(origin),
         "model": classifier.model,
@@ -154,6 +141,7 @@ def _card(
         "calibrated": classifier.calibrated_,
         "unknown_below": UNKNOWN_BELOW,
         "rows_taught": taught,
+        "not_taught": sorted(set(rows.labels[fitted].tolist()) - set(taught)),
         "not_evident": int((rows.truth[fitted] == "not evident").sum()),
         "not_evident_rule": (
             "A fault is taught as healthy where none of its own features lies further above the healthy records of the "
@@ -166,4 +154,4 @@ def _card(
     }
 
 
-__all__ = ["UNKNOWN_BELOW", "LearningSet", "learning_set", "train"]
+__all__ = ["UNKNOWN_BELOW", "train"]

@@ -1,0 +1,112 @@
+"""Tables of features as Parquet files: small enough to ship, and readable without us."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...simulators.errors import RotorwiseError
+from .feature_table import FeatureTable
+
+FORMAT = 1
+_KEY = b"rotorwise features"
+#: Columns that learning needs beside features; the rest stays in the dataset.
+_KEPT = ("signal", "machine", "group", "split", "case", "speed_rpm", "load", "rate_hz")
+#: Significant binary digits of a feature: about four decimal ones, below what any repeat reproduces.
+_BITS = 12
+
+
+class FeatureFileError(RotorwiseError):
+    """A feature file cannot be read or written."""
+
+
+def features_bytes(table: FeatureTable, origin: Mapping[str, Any]) -> bytes:
+    """Return a table as the bytes of a Parquet file, features rounded to four digits; ``origin`` goes along as JSON."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    kept = [name for name in table.columns if name in _KEPT or name.startswith("severity.")]
+    columns = {"label": pa.array(table.labels.tolist())}
+    for name in kept:
+        values = table.columns[name]
+        columns[name] = pa.array(values.astype(np.float32) if values.dtype.kind == "f" else values)
+    for place, name in enumerate(table.names):
+        columns[f"feature.{name}"] = pa.array(_rounded(table.values[:, place]))
+    said = {_KEY: json.dumps({"format": FORMAT, "origin": dict(origin)}, sort_keys=True).encode()}
+    sink = pa.BufferOutputStream()
+    pq.write_table(
+        pa.table(columns).replace_schema_metadata(said), sink, compression="zstd", compression_level=19, version="2.6"
+    )
+    return sink.getvalue().to_pybytes()
+
+
+def _rounded(values: np.ndarray) -> np.ndarray:
+    mantissa, exponent = np.frexp(values.astype(float))
+    return np.ldexp(np.round(mantissa * 2**_BITS) / 2**_BITS, exponent).astype(np.float32)
+
+
+def write_features(table: FeatureTable, path: str | Path, origin: Mapping[str, Any], *, force: bool = False) -> None:
+    """Write a table, whole or not at all.
+
+    Raises
+    ------
+    FeatureFileError
+        When the file exists and ``force`` is not set, is none of ours, or the place cannot be written to.
+    """
+    target = Path(path).resolve()
+    if target.exists():
+        if not force:
+            raise FeatureFileError(f"{path} exists already. Choose another name, or allow overwriting (--force).")
+        read_features(target)
+    draft = target.with_name(f".{target.name}.part")
+    try:
+        draft.write_bytes(features_bytes(table, origin))
+        draft.replace(target)
+    except OSError as problem:
+        raise FeatureFileError(
+            f"{path} cannot be written: {problem.strerror or problem}. Choose another place."
+        ) from None
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def read_features(source: Path | bytes) -> tuple[FeatureTable, dict[str, Any]]:
+    """Return the table in a file, or in the bytes of one, and its origin.
+
+    Raises
+    ------
+    FeatureFileError
+        When it is no feature file.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    name = "The feature file" if isinstance(source, bytes) else str(source)
+    try:
+        found = pq.read_table(pa.BufferReader(source) if isinstance(source, bytes) else source)
+        said = json.loads((found.schema.metadata or {})[_KEY])
+    except (pa.ArrowException, OSError, KeyError, ValueError):
+        raise FeatureFileError(
+            f"{name} is no feature file of rotorwise. Make one: rotorwise train STORE --features FILE.parquet"
+        ) from None
+    if said.get("format") != FORMAT:
+        raise FeatureFileError(f"{name} has format {said.get('format')}; allowed: {FORMAT}. Make it again.")
+    names = [column for column in found.column_names if column.startswith("feature.")]
+    values = np.array([found.column(column).to_numpy() for column in names], dtype=float).T
+    others = [column for column in found.column_names if column not in names and column != "label"]
+    return FeatureTable(
+        values,
+        tuple(name.removeprefix("feature.") for name in names),
+        np.array(found.column("label").to_pylist()),
+        {column: _column(found.column(column).to_pylist()) for column in others},
+    ), said["origin"]
+
+
+def _column(values: list[Any]) -> np.ndarray:
+    if any(isinstance(value, str) for value in values):
+        return np.array(["" if value is None else value for value in values])
+    return np.array([np.nan if value is None else value for value in values])
