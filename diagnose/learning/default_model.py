@@ -36,7 +36,7 @@ def default_model() -> Model:
     with suppress(ModelFileError, OSError):
         return load_model(place)
     table, origin = read_features(content)
-    made = train(table, origin=origin, model=MODEL, seed=SEED, iterations=ITERATIONS)
+    made = train(table, origin=origin, model=MODEL, seed=SEED, iterations=ITERATIONS, judge=False)
     with suppress(OSError):
         _keep(place, model_bytes(made))
     return made

@@ -23,7 +23,13 @@ _MILDEST = 1 / 3
 
 
 def train(
-    table: FeatureTable, *, origin: Mapping[str, Any], model: str = "boosting", seed: int = 0, iterations: int = 60
+    table: FeatureTable,
+    *,
+    origin: Mapping[str, Any],
+    model: str = "boosting",
+    seed: int = 0,
+    iterations: int = 60,
+    judge: bool = True,
 ) -> Model:
     """Fit a classifier on the split "train" of a dataset and judge it on the machines of all other splits.
 
@@ -41,6 +47,8 @@ def train(
         ``"boosting"`` or ``"linear"``.
     seed, iterations : int
         Of the classifier.
+    judge : bool
+        False skips the three judgements.
 
     Raises
     ------
@@ -56,13 +64,13 @@ def train(
             "draws. Build more of it."
         )
     classifier = _fitted(rows.where(fitted), model, seed, iterations)
-    judgements = {"machine": _judgement(classifier, rows.where(~fitted))}
-    for name, held in (("severity", _mild(rows)), ("condition", _fast(rows))):
-        part = rows.where(fitted & ~held)
-        usable = _has_two(part) and (~fitted & held).any()
-        judgements[name] = (
-            _judgement(_fitted(part, model, seed, iterations), rows.where(~fitted & held)) if usable else None
-        )
+    judgements: dict[str, Any] = {}
+    if judge:
+        judgements["machine"] = _judgement(classifier, rows.where(~fitted))
+        for name, held in (("severity", _mild(rows)), ("condition", _fast(rows))):
+            part, unseen = rows.where(fitted & ~held), rows.where(~fitted & held)
+            usable = _has_two(part) and len(unseen.labels)
+            judgements[name] = _judgement(_fitted(part, model, seed, iterations), unseen) if usable else None
     card = _card(rows, fitted, classifier, origin, judgements)
     return Model(
         classifier, model_feature_names(), card | {"combination": _combination(table, rows, fitted, classifier)}
