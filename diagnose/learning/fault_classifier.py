@@ -15,6 +15,7 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import check_is_fitted
+from threadpoolctl import threadpool_limits
 
 from ...simulators.errors import InvalidValueError
 from .novelty import Novelty
@@ -92,7 +93,9 @@ class FaultClassifier(ClassifierMixin, BaseEstimator):
         if splits:
             whole: Any = False  # one model fitted on all, not one a fold; older annotations know texts only
             self.estimator_ = CalibratedClassifierCV(self._base(), method="sigmoid", cv=splits, ensemble=whole)
-        self.estimator_.fit(self._used(X), y)
+        # These tables are small: threads that wait for each other on a busy computer cost more than they bring.
+        with threadpool_limits(1):
+            self.estimator_.fit(self._used(X), y)
         if splits:
             self.estimator_.cv = None  # the folds' row numbers have done their work
         self.novelty_ = Novelty().fit(X, groups=groups)
@@ -101,7 +104,8 @@ class FaultClassifier(ClassifierMixin, BaseEstimator):
     def predict_proba(self, X: Any) -> np.ndarray:
         """Return the probabilities of the classes, shape (rows, classes)."""
         check_is_fitted(self)
-        return self.estimator_.predict_proba(self._used(validated(self, X)))
+        with threadpool_limits(1):
+            return self.estimator_.predict_proba(self._used(validated(self, X)))
 
     def predict(self, X: Any) -> np.ndarray:
         """Return the likeliest class of each row; look at `novelty_p_value` too before you believe it."""
