@@ -38,6 +38,7 @@ Calibration = Annotated[
         "--calibrate", value="STORE", text="Take the intervals from these machines, split calibration if it has one."
     ),
 ]
+Alone = Annotated[bool, option("--alone", text="Each estimator takes its fault for the only one: sharper, if it is.")]
 Force = Annotated[bool, option("--force", text="Replace an existing severity model.")]
 AsJson = Annotated[bool, option("--json", text="Print JSON.")]
 
@@ -50,6 +51,7 @@ def train(
     calibration: Calibration = None,
     coverage: Coverage = 0.9,
     seed: Seed = 0,
+    alone: Alone = False,
     force: Force = False,
 ) -> None:
     """Train estimators from a simulated dataset of one machine; split train when it is not given."""
@@ -65,7 +67,7 @@ def train(
         store = open_store(location)
         shifted = None if calibration is None else open_store(calibration)
         table, responses = _table(store)
-        model = train_model(store, split=split, coverage=coverage, seed=seed, table=table)
+        model = train_model(store, split=split, coverage=coverage, seed=seed, alone=alone, table=table)
         if shifted is not None:
             other, _ = _table(shifted, responses)
             own = other.splits == "calibration"

@@ -14,6 +14,9 @@ inference with hierarchical data, arXiv:2306.06342 (2023); R. Dunn, L. Wasserman
 errors of machines held out entirely (`calibrate`) the coverage is at least as stated for machines of the same kind;
 with errors from the folds it is so as far as the model of all machines errs no more than those of the folds, which is
 tested, not proved (R. F. Barber et al., Ann. Stat. 49 (2021) 486).
+
+Records without a fault are easy and many: an average over all records would let the intervals of faulty ones miss. With
+strata (faulty or not) the quantile is the largest of theirs, so that the coverage holds in each.
 """
 
 from __future__ import annotations
@@ -53,8 +56,8 @@ class ConformalRegressor(RegressorMixin, BaseEstimator):
     ----------
     quantile_ : float
         q; infinite with too few groups (1 / (1 - coverage) - 1 are needed).
-    scores_, score_groups_ : ndarray (rows,)
-        Errors over their predicted size, and the group of each, of the rows that calibrate.
+    scores_, score_groups_, score_strata_ : ndarray (rows,)
+        Errors over their predicted size, the group and the stratum of each, of the rows that calibrate.
     n_features_in_ : int
 
     Examples
@@ -74,7 +77,7 @@ class ConformalRegressor(RegressorMixin, BaseEstimator):
         coverage: float = 0.9,
         floor: float | None = None,
         least: float | None = None,
-        folds: int = 10,
+        folds: int = 6,
         seed: int = 0,
     ) -> None:
         self.estimator = estimator
@@ -84,7 +87,7 @@ class ConformalRegressor(RegressorMixin, BaseEstimator):
         self.folds = folds
         self.seed = seed
 
-    def fit(self, X: Any, y: Any, groups: Any = None) -> ConformalRegressor:
+    def fit(self, X: Any, y: Any, groups: Any = None, strata: Any = None) -> ConformalRegressor:
         """Fit, and calibrate on the errors of machines that each fold has not seen.
 
         Parameters
@@ -93,6 +96,8 @@ class ConformalRegressor(RegressorMixin, BaseEstimator):
         y : array (rows,)
         groups : array (rows,), optional
             The machine of each row; every row is a machine of its own when left out.
+        strata : array (rows,), optional
+            Kinds of record; the coverage holds in each.
 
         Raises
         ------
@@ -108,10 +113,10 @@ class ConformalRegressor(RegressorMixin, BaseEstimator):
         # Few rows: threads that wait for each other cost more than they bring.
         with threadpool_limits(limits=1):
             means, sizes = self._fit(X, self._transformed(y), self._folds(groups))
-        self._set_scores(np.abs(self._transformed(y) - means) / sizes, groups)
+        self._set_scores(np.abs(self._transformed(y) - means) / sizes, groups, strata)
         return self
 
-    def calibrate(self, X: Any, y: Any, groups: Any = None) -> ConformalRegressor:
+    def calibrate(self, X: Any, y: Any, groups: Any = None, strata: Any = None) -> ConformalRegressor:
         """Take the quantile from other machines than those of `fit`, for example of another kind; returns self.
 
         The value predicted stays; the intervals change. Parameters as in `fit`.
@@ -120,7 +125,7 @@ class ConformalRegressor(RegressorMixin, BaseEstimator):
         X = validated(self, X)
         y = np.asarray(y, float)
         groups = np.arange(y.size) if groups is None else np.asarray(groups)
-        self._set_scores(np.abs(self._transformed(y) - self.mean_.predict(X)) / self._sizes(X), groups)
+        self._set_scores(np.abs(self._transformed(y) - self.mean_.predict(X)) / self._sizes(X), groups, strata)
         return self
 
     def predict(self, X: Any) -> np.ndarray:
@@ -133,7 +138,7 @@ class ConformalRegressor(RegressorMixin, BaseEstimator):
         """Return lower and upper end for each row, shape (rows, 2); with another coverage than fitted, if given."""
         check_is_fitted(self)
         X = validated(self, X)
-        q = self.quantile_ if coverage is None else group_quantile(self.scores_, self.score_groups_, coverage)
+        q = self.quantile_ if coverage is None else self._quantile(coverage)
         middle, half = self.mean_.predict(X), self._sizes(X)
         half = np.where(np.isfinite(q), min(q, 1e300) * half, np.inf)
         return self._back(np.stack([middle - half, middle + half], axis=1))
@@ -153,10 +158,16 @@ class ConformalRegressor(RegressorMixin, BaseEstimator):
         self._fit_whole(X, target, errors)
         return means, sizes
 
-    def _set_scores(self, scores: np.ndarray, groups: np.ndarray) -> None:
+    def _set_scores(self, scores: np.ndarray, groups: np.ndarray, strata: Any) -> None:
         # Names would need a pickle in a model file; numbers say the same.
         self.scores_, self.score_groups_ = scores, np.unique(groups, return_inverse=True)[1].ravel()
-        self.quantile_ = group_quantile(self.scores_, self.score_groups_, self.coverage)
+        strata = np.zeros(scores.size) if strata is None else np.asarray(strata)
+        self.score_strata_ = np.unique(strata, return_inverse=True)[1].ravel()
+        self.quantile_ = self._quantile(self.coverage)
+
+    def _quantile(self, coverage: float) -> float:
+        parts = [self.score_strata_ == one for one in range(int(self.score_strata_.max()) + 1)]
+        return max(group_quantile(self.scores_[part], self.score_groups_[part], coverage) for part in parts)
 
     def _check(self) -> None:
         if not 0 < self.coverage < 1:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .model import SeverityModel
-from .predicted_zone import CLOSE, margin
+from .model import TOGETHER, SeverityModel, rows_for
+from .predicted_zone import CLOSE, disagreement, margin
 from .reading import SeverityTable
 
 #: Severities below this many floors (the estimator's `floor`) are weak: their error is no ratio.
@@ -22,7 +22,7 @@ class TargetScore:
     Attributes
     ----------
     target, case : str
-        ``"all"`` for every case.
+        ``"all"`` for every case, ``"with the fault"`` for those where the severity is not zero.
     machines, records : int
     coverage, standard_error : float
         Share of intervals that hold the truth, machines weighing the same; its standard error over machines.
@@ -77,11 +77,14 @@ def score_targets(model: SeverityModel, table: SeverityTable) -> list[TargetScor
     """Return scores of every severity, for all cases and for each."""
     found = []
     for name, regressor in model.regressors.items():
-        truth, floor = table.labels[name], float(regressor.floor or 0.0)
-        value, ends = regressor.predict(table.values), regressor.predict_interval(table.values)
-        for case in ("all", *sorted(set(table.cases))):
-            here = np.ones(len(table), bool) if case == "all" else table.cases == case
-            found.append(_score(name, str(case), truth[here], value[here], ends[here], table.groups[here], floor))
+        part = table.part(rows_for(table, name, alone=model.card["alone"]))
+        truth, floor, cases = part.labels[name], float(regressor.floor or 0.0), part.cases
+        value, ends = regressor.predict(part.values), regressor.predict_interval(part.values)
+        parts = {"all": np.ones(len(part), bool), "with the fault": truth > 0}
+        for case, here in {**parts, **{case: cases == case for case in sorted(set(cases))}}.items():
+            if not here.any():
+                continue
+            found.append(_score(name, str(case), truth[here], value[here], ends[here], part.groups[here], floor))
     return found
 
 
@@ -104,9 +107,10 @@ def _score(
 def score_zones(
     model: SeverityModel, table: SeverityTable, *, tell: Callable[[int], None] = lambda _done: None
 ) -> ZoneScore | None:
-    """Return how the predicted zones compare with the measured ones; None where no severity makes shaft lines."""
-    from .predicted_zone import disagreement
+    """Return how the predicted zones compare with the measured ones; None where no severity makes shaft lines.
 
+    A model that takes faults one at a time is asked for the one that is there; healthy records count as each.
+    """
     ends = {
         name: np.column_stack([one.predict(table.values), one.predict_interval(table.values)])
         for name, one in model.regressors.items()
@@ -116,14 +120,17 @@ def score_zones(
         tell(place + 1)
         if shown is None:
             continue
-        predicted = model.predict_zone(lines, {name: tuple(values[place]) for name, values in ends.items()})
-        if predicted is None:
+        predicted = model.predict_zones(lines, {name: tuple(values[place]) for name, values in ends.items()})
+        if not predicted:
             return None
-        counts["ABCD".index(shown.zone), "ABCD".index(predicted.zone)] += 1
-        findings += bool(disagreement(predicted, shown))
-        if margin(shown) >= CLOSE:
-            away += 1
-            right += predicted.zone == shown.zone
+        for name, zone in predicted.items():
+            if name != TOGETHER and not rows_for(table, name, alone=True)[place]:
+                continue
+            counts["ABCD".index(shown.zone), "ABCD".index(zone.zone)] += 1
+            findings += bool(disagreement(zone, shown))
+            if margin(shown) >= CLOSE:
+                away += 1
+                right += zone.zone == shown.zone
     apart = np.abs(np.subtract.outer(np.arange(4), np.arange(4)))
     rows = tuple(tuple(int(one) for one in row) for row in counts)
     return ZoneScore(int(counts.sum()), away, right, int(counts[apart > 1].sum()), rows, findings)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,11 +15,14 @@ from ....simulators.machine import Machine, machine_from_toml
 from ...result import Severity
 from ...severity import assess
 from .conformal import ConformalRegressor
+from .feature_row import ShaftLines
 from .predicted_zone import PredictedZone, disagreement, predicted_zone
 from .reading import SeverityTable, features_of, probes_of, read_table, reference_machine
 from .targets import TARGETS, target_named
 from .unit_responses import UnitResponses
 
+#: Key of the zone that all estimates lead to together.
+TOGETHER = "together"
 #: A speed may be so far outside the training range, relative: what is read from a tacho is no sharper.
 _SPEED_MARGIN = 0.005
 #: A record must have this share of the shortest training record's length and of its sampling rate.
@@ -58,19 +61,20 @@ class SeverityAnswer:
     ----------
     estimates : tuple of Estimate
     speed_rpm : float
-    predicted : PredictedZone or None
-        Zone that the simulator predicts for the estimates; None where no severity of the model makes shaft lines.
+    predicted : mapping of str to PredictedZone
+        Zones that the simulator predicts for the estimates: of all `TOGETHER`, or of each severity that makes shaft
+        lines if the model takes faults one at a time.
     shown : Severity or None
         Worst zone that the record shows; ``refusal`` says why there is none.
     disagreement : str
-        A finding: empty where predicted and measured zone agree.
+        A finding: empty where a predicted zone agrees with the measured one.
     refusal : str
     remarks : tuple of str
     """
 
     estimates: tuple[Estimate, ...]
     speed_rpm: float
-    predicted: PredictedZone | None
+    predicted: dict[str, PredictedZone]
     shown: Severity | None
     disagreement: str
     refusal: str
@@ -119,25 +123,32 @@ class SeverityModel:
         row = np.array([[values[name] for name in self.features]])
         found = {name: self._estimate(name, row) for name in self.regressors}
         shown, refusal = assess(recording, speed_rpm=lines.speed_rpm)
-        predicted = self.predict_zone(lines, {name: tuple(ends) for name, ends in found.items()})
+        predicted = self.predict_zones(lines, {name: tuple(ends) for name, ends in found.items()})
         worst = shown[0] if shown else None
+        doubts = [disagreement(one, worst) for one in predicted.values()] if worst else []
         return SeverityAnswer(
             tuple(_shown(name, ends, card["largest"][name]) for name, ends in found.items()),
             lines.speed_rpm,
             predicted,
             worst,
-            disagreement(predicted, worst) if predicted and worst else "",
+            doubts[0] if doubts and all(doubts) else "",
             refusal,
             (*self.remarks, *_unlike(values, card)),
         )
 
-    def predict_zone(self, lines: Any, ends: dict[str, tuple[float, ...]]) -> PredictedZone | None:
-        """Return the zone of (estimate, low, high) by target, None where none of them makes shaft lines."""
-        sources = {target_named(name).source: values for name, values in ends.items()}
-        parts = [{name: v[i] for name, v in sources.items() if name is not None} for i in range(3)]
-        if not parts[0]:
-            return None
-        return predicted_zone(self.responses, lines, parts[0], low=parts[1], high=parts[2])
+    def predict_zones(self, lines: ShaftLines, ends: Mapping[str, Sequence[float]]) -> dict[str, PredictedZone]:
+        """Return the zones of (estimate, low, high) by target; empty where none of them makes shaft lines."""
+        sources = {name: source for name in ends if (source := target_named(name).source) is not None}
+        if not sources:
+            return {}
+        cases = {name: [name] for name in sources} if self.card["alone"] else {TOGETHER: list(sources)}
+        found = {}
+        for key, acting in cases.items():
+            middle, low, high = (
+                {source: ends[name][i] if name in acting else 0.0 for name, source in sources.items()} for i in range(3)
+            )
+            found[key] = predicted_zone(self.responses, lines, middle, low=low, high=high)
+        return found
 
     def _estimate(self, name: str, row: np.ndarray) -> np.ndarray:
         regressor = self.regressors[name]
@@ -150,6 +161,7 @@ def train(
     split: str | None = "train",
     coverage: float = 0.9,
     seed: int = 0,
+    alone: bool = False,
     table: SeverityTable | None = None,
 ) -> SeverityModel:
     """Return the estimators of the machine of a dataset.
@@ -162,6 +174,9 @@ def train(
     coverage : float
         Of the intervals, over machines.
     seed : int
+    alone : bool
+        Each estimator takes its fault for the only one: it learns from records of this fault and healthy ones. For
+        faults that one record cannot tell apart, such as unbalance and misalignment that both make 1X only.
     table : SeverityTable, optional
         Of this dataset, if it has been read already.
 
@@ -179,11 +194,18 @@ def train(
             f"{store.folder.name} has no rows of split {split!r}; allowed: {', '.join(sorted(set(table.splits)))}. "
             "Correct it."
         )
-    return fit_model(table.part(used), responses, store=store, split=split, coverage=coverage, seed=seed)
+    return fit_model(table.part(used), responses, store=store, split=split, coverage=coverage, seed=seed, alone=alone)
 
 
 def fit_model(
-    part: SeverityTable, responses: UnitResponses, *, store: Store, split: str | None, coverage: float, seed: int
+    part: SeverityTable,
+    responses: UnitResponses,
+    *,
+    store: Store,
+    split: str | None,
+    coverage: float,
+    seed: int,
+    alone: bool = False,
 ) -> SeverityModel:
     """Return the estimators fitted to a table; parameters as in `train`."""
     machines = np.unique(part.groups).size
@@ -200,14 +222,23 @@ def fit_model(
         regressor = ConformalRegressor(
             coverage=coverage, floor=2 * float(labels[labels > 0].min()), least=0.0, seed=seed
         )
-        regressors[name] = regressor.fit(part.values, labels, part.groups)
-    return SeverityModel(regressors, part.names, _card(part, responses, store, split, coverage, seed), responses)
+        here = rows_for(part, name, alone=alone)
+        regressors[name] = regressor.fit(part.values[here], labels[here], part.groups[here], labels[here] > 0)
+    card = {**_card(part, responses, store, split, coverage, seed), "alone": alone}
+    return SeverityModel(regressors, part.names, card, responses)
+
+
+def rows_for(table: SeverityTable, name: str, *, alone: bool) -> np.ndarray:
+    """Return which rows an estimator is for: all, or those without any other severity."""
+    others = [labels > 0 for other, labels in table.labels.items() if other != name]
+    return ~np.any(others, axis=0) if alone and others else np.ones(len(table), bool)
 
 
 def calibrate(model: SeverityModel, table: SeverityTable) -> None:
     """Take the intervals from other machines, such as machines further from the preset; the values stay."""
     for name, regressor in model.regressors.items():
-        regressor.calibrate(table.values, table.labels[name], table.groups)
+        part = table.part(rows_for(table, name, alone=model.card["alone"]))
+        regressor.calibrate(part.values, part.labels[name], part.groups, part.labels[name] > 0)
     model.card["calibration"] = f"{np.unique(table.groups).size} machines: {', '.join(sorted(set(table.kinds)))}"
 
 
@@ -300,7 +331,19 @@ def _unlike(values: dict[str, float], card: dict[str, Any]) -> tuple[str, ...]:
 def _shown(name: str, ends: Sequence[float] | np.ndarray, largest: float) -> Estimate:
     target = target_named(name)
     value, low, high = (target.per_si * float(one) for one in ends)
-    return Estimate(name, target.unit, value, low, high, low <= 1e-9 * target.per_si * largest, ends[2] >= largest)
+    zero = low <= 1e-9 * target.per_si * largest
+    return Estimate(name, target.unit, value, low, high, bool(zero), bool(ends[2] >= largest))
 
 
-__all__ = ["TARGETS", "Estimate", "SeverityAnswer", "SeverityModel", "calibrate", "fit_model", "responses_of", "train"]
+__all__ = [
+    "TARGETS",
+    "TOGETHER",
+    "Estimate",
+    "SeverityAnswer",
+    "SeverityModel",
+    "calibrate",
+    "fit_model",
+    "responses_of",
+    "rows_for",
+    "train",
+]

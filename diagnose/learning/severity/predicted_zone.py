@@ -21,11 +21,22 @@ from ...result import Severity
 from ...signal.integrate import DERIVATIVES
 from ...zones.choose import automatic_table
 from .feature_row import ShaftLines
-from .unit_responses import ORDERS, SOURCES, UnitResponses, fit_sources, line_weights
+from .unit_responses import (
+    FARTHEST,
+    ORDERS,
+    SOURCES,
+    SPEED_PRIOR,
+    SPEED_STEP,
+    UnitResponses,
+    fit_sources,
+    line_weights,
+)
 
 #: A level so close to a limit, relative, belongs to either zone.
 CLOSE = 0.10
-_ROUNDS = 40
+_ROUNDS = 20
+#: Steps of the simulated speed that are tried around the one of the free fit.
+_SHIFTS = range(-12, 13, 3)
 
 
 @dataclass(frozen=True)
@@ -90,24 +101,34 @@ def directed(
 ) -> tuple[dict[str, complex], float]:
     """Return sources of given sizes with the directions that explain the lines best, the others free, and the speed.
 
-    The speed is the one at which the simulated machine responds most like this one.
-
-    Each source in turn takes the direction that suits what the others leave, until all have settled.
+    The speed is the one at which the simulated machine with these sizes responds most like this one.
     """
     start = fit_sources(responses, lines)
-    unit, weights = responses.at(responses.step(start.speed_rpm)), line_weights(lines)
-    wanted = lines.amplitudes * np.exp(1j * start.mark_rad * np.array(ORDERS)) * weights
-    shapes = unit * weights
-    vectors = {name: _sized(start.vectors[name], sizes.get(name)) for name in SOURCES}
+    wanted = lines.amplitudes * np.exp(1j * start.mark_rad * np.array(ORDERS)) * line_weights(lines)
+    middle, true = responses.step(start.speed_rpm), responses.step(lines.speed_rpm)
+    found = []
+    for step in (middle + shift for shift in _SHIFTS if abs(middle + shift - true) <= round(FARTHEST / SPEED_STEP)):
+        vectors, left = _settled(responses.at(step) * line_weights(lines), wanted, start.vectors, sizes)
+        found.append((left + (SPEED_STEP * (step - true) / SPEED_PRIOR) ** 2, step, vectors))
+    _, step, vectors = min(found, key=lambda one: one[0])
+    return vectors, responses.speed_rpm(step)
+
+
+def _settled(
+    shapes: np.ndarray, wanted: np.ndarray, start: Mapping[str, complex], sizes: Mapping[str, float]
+) -> tuple[dict[str, complex], float]:
+    """Let each source in turn take the direction that suits what the others leave; return them and what is left."""
+    vectors = {name: _sized(start[name], sizes.get(name)) for name in SOURCES}
+    rows = shapes.reshape(len(SOURCES), 2, -1)
+    inverses = [np.linalg.pinv(np.hstack([np.real(one), np.imag(one)]).T, rcond=1e-8) for one in rows]
+    parts = {name: _lines(shape, vectors[name]) for name, shape in zip(SOURCES, shapes, strict=True)}
     for _ in range(_ROUNDS):
         for place, name in enumerate(SOURCES):
-            others = sum(_lines(shapes[k], vectors[other]) for k, other in enumerate(SOURCES) if other != name)
-            matrix = shapes[place].reshape(2, -1)
-            real = np.hstack([matrix.real, matrix.imag])
-            rest = (wanted - others).ravel()
-            found = np.linalg.lstsq(real.T, np.hstack([np.real(rest), np.imag(rest)]), rcond=1e-8)[0]
+            rest = (wanted - sum(part for other, part in parts.items() if other != name)).ravel()
+            found = inverses[place] @ np.hstack([np.real(rest), np.imag(rest)])
             vectors[name] = _sized(complex(*found), sizes.get(name))
-    return vectors, start.speed_rpm
+            parts[name] = _lines(shapes[place], vectors[name])
+    return vectors, float((np.abs(wanted - sum(parts.values())) ** 2).sum())
 
 
 def _lines(shape: np.ndarray, vector: complex) -> np.ndarray:

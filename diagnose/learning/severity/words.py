@@ -8,7 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 from .evaluation import TargetScore, ZoneScore
-from .model import Estimate, SeverityAnswer
+from .model import TOGETHER, Estimate, SeverityAnswer
 from .targets import target_named
 
 _ZONES = "ABCD"
@@ -24,6 +24,7 @@ def card_lines(card: dict[str, Any]) -> list[str]:
         target = target_named(name)
         ends = [f"{target.per_si * value:.3g}" for value in (smallest, card["largest"][name])]
         lines.append(f"  {name} {ends[0]} to {ends[1]} {target.unit}")
+    lines += ["each estimator takes its fault for the only one"] * bool(card["alone"])
     return [*lines, f"intervals of {100 * card['coverage']:g} %, calibrated on {card['calibration']}"]
 
 
@@ -48,10 +49,10 @@ def answer_lines(path: str, answer: SeverityAnswer, *, coverage: float) -> list[
     lines.append(
         f"  intervals of {100 * coverage:g} % at {answer.speed_rpm:.0f} rpm, faults and machine as in the training"
     )
-    if answer.predicted is not None:
-        zone = answer.predicted
+    for name, zone in answer.predicted.items():
         span = "" if zone.lowest == zone.highest else f" ({zone.lowest} to {zone.highest})"
-        lines.append(f"  zone the simulator predicts: {zone.zone}{span}; {zone.table}")
+        given = "" if name == TOGETHER else f" if {name} is the only fault"
+        lines.append(f"  zone the simulator predicts{given}: {zone.zone}{span}; {zone.table}")
     if answer.shown is not None:
         shown = answer.shown
         lines.append(f"  zone the record shows: {shown.zone}, {shown.value:.3g} {shown.unit}; {shown.standard}")
@@ -70,7 +71,7 @@ def answer_data(answer: SeverityAnswer) -> dict[str, Any]:
     return {
         "speed_rpm": answer.speed_rpm,
         "estimates": [_finite(asdict(one)) for one in answer.estimates],
-        "predicted_zone": None if answer.predicted is None else _finite(asdict(answer.predicted)),
+        "predicted_zones": {name: _finite(asdict(zone)) for name, zone in answer.predicted.items()},
         "measured_zone": None if shown is None else {"zone": shown.zone, "value": shown.value, "unit": shown.unit},
         "finding": answer.disagreement or None,
         "severity_refusal": answer.refusal or None,
