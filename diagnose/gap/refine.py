@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...simulators.machine import Machine
-from .baseline import again, shifted
+from .baseline import Baseline, again, shifted
 from .coordinates import Coordinate, log_prior, values_at
 from .evidence import Comparison, Problem, Widened, law_columns, log_density
 from .hypotheses import Candidate
@@ -24,6 +24,9 @@ LONGEST_MOVE = 1.0
 #: A coordinate whose whole prior moves the lines by less than this, in standard deviations, is left alone where each
 #: slope is a simulation.
 DEAD = 0.3
+#: Relative deviation of a parameter below which it is not moved where each slope is a simulation: the law's tolerance
+#: is wider.
+KNOWN_WELL = 0.02
 #: Change of the machine's own coordinates that is not worth another round.
 SMALL_CHANGE = 0.03
 
@@ -195,17 +198,22 @@ def jointly(fit: Fit, problem: Problem, *, moves: int) -> Fit:
     """Return the fit with the machine's own unknowns linearised with the effects in place, and moved ``moves`` times.
 
     In turn: the effects' values at fixed unknowns, then the unknowns' most probable change (Gauss-Newton with constant
-    slopes).
+    slopes). Where each slope is a simulation in time, neither is moved: values are those that fit the machine as it
+    is calibrated, and the unknowns widen their intervals. Of a machine that itself does not repeat, the fit is returned
+    as it is.
     """
     baseline = problem.baseline
-    if not problem.predictor.repeats(fit.machine(baseline.machine)):
-        # Each slope is a simulation; what does not repeat adds to lines that the machine's own parameters hardly move.
+    in_time = not problem.predictor.repeats(fit.machine(baseline.machine))
+    if in_time and (fit.problem is not None or not problem.predictor.repeats(baseline.machine)):
         return fit
-    everything = replace(baseline, active=np.ones(baseline.position.size, dtype=bool))
+    moving = _wide(baseline) if in_time else np.ones(baseline.position.size, dtype=bool)
     try:
-        around = again(everything, fit.machine(baseline.machine), problem.predictor)
+        around = again(replace(baseline, active=moving), fit.machine(baseline.machine), problem.predictor)
     except UnpredictableError:
         return fit
+    if in_time:
+        compared = _before_effects(problem.around(around, fit.response), fit)
+        return replace(_fit(fit.candidates, fit.position, fit.response, fit.slopes, compared), problem=problem)
     best = fit
     for count in range(moves + 1):
         baseline = problem.baseline
@@ -216,8 +224,7 @@ def jointly(fit: Fit, problem: Problem, *, moves: int) -> Fit:
         except UnpredictableError:
             break
         compared = problem.around(around, fit.response)
-        # The residual is against the machine with the effects: their response is put back, to be fitted anew.
-        without = replace(compared, residual=compared.residual + compared.whitened(fit.response))
+        without = _before_effects(compared, fit)
         found = refined(fit.candidates, fit.position, without, baseline.machine, problem.predictor)
         if found is None:
             break
@@ -230,6 +237,20 @@ def jointly(fit: Fit, problem: Problem, *, moves: int) -> Fit:
             break
         problem = problem.moved(change)
     return best
+
+
+def _wide(baseline: Baseline) -> np.ndarray:
+    """Return which coordinates move their parameter by more than `KNOWN_WELL` within a standard deviation."""
+    found = []
+    for coordinate, z in zip(baseline.coordinates, baseline.position, strict=True):
+        here, there = coordinate.value(float(z)), coordinate.value(float(z) + 1.0)
+        found.append(coordinate.is_angle or abs(there - here) > KNOWN_WELL * abs(here))
+    return np.array(found, dtype=bool)
+
+
+def _before_effects(compared: Comparison, fit: Fit) -> Comparison:
+    """Return a comparison with the machine that carries the effects, their response put back to be fitted anew."""
+    return replace(compared, residual=compared.residual + compared.whitened(fit.response))
 
 
 def _precision(chosen: Sequence[Candidate]) -> np.ndarray:

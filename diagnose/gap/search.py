@@ -190,10 +190,17 @@ def _few_of_each(screened: list[list[Start]]) -> list[list[Start]]:
 
 def _jointly_best(fits: list[Fit], problem: Problem) -> list[Fit]:
     ranked = sorted(fits, key=lambda fit: -fit.log_evidence)
-    joint = sorted((jointly(fit, problem, moves=0) for fit in ranked[:JOINT]), key=lambda fit: -fit.log_evidence)
-    close = [fit for fit in joint if fit.log_evidence > joint[0].log_evidence - CLOSE]
-    moved = [jointly(fit, problem, moves=MOVES) if fit in close else fit for fit in joint]
-    return moved + ranked[JOINT:]
+    joint: list[Fit] = []
+    for count, fit in enumerate(ranked):
+        best = max((one.log_evidence for one in joint), default=fit.log_evidence)
+        # What is seen of the unknowns costs evidence: a fit that has not paid must not pass one that has.
+        far = fit.log_evidence < best - CLOSE
+        if far and count >= JOINT:
+            break
+        in_time = not problem.predictor.repeats(fit.machine(problem.baseline.machine))
+        joint.append(fit if far and in_time else jointly(fit, problem, moves=0))
+    rest, best = ranked[len(joint) :], max(one.log_evidence for one in joint)
+    return [jointly(fit, problem, moves=MOVES) if fit.log_evidence > best - CLOSE else fit for fit in joint] + rest
 
 
 def _pairs(

@@ -58,13 +58,11 @@ def test_a_force_at_twice_the_line_is_found(answer):
     assert answer.gain.held_out_db > answer.gain.smooth_function_db
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="the rig's own parameters are not fitted beside a force that does not repeat: they move its torque by 13 %",
-)
 def test_the_interval_holds_the_torque(answer):
+    # The rig's stiffnesses are known to a factor: what they leave open of the torque is in its interval.
     torque = _the_pull(answer).parameters["torque_n_m"]
     assert torque.low < HIDDEN.torque_n_m < torque.high
+    assert torque.value == pytest.approx(HIDDEN.torque_n_m, rel=0.2)
 
 
 def test_nothing_is_called_nothing(real_rig, healthy):
