@@ -138,7 +138,9 @@ def _surroundings(power: np.ndarray) -> np.ndarray:
     middle = (near + far) // 2
     medians = median_filter(power, size=(1, far - near + 1))
     result = np.full(power.shape, np.inf)
-    result[:, middle:-middle] = np.maximum(medians[:, : -2 * middle], medians[:, 2 * middle :])
+    result[:, :-middle] = medians[:, middle:]
+    # Below, there is no room for the lower side.
+    result[:, far:-middle] = np.maximum(result[:, far:-middle], medians[:, far - middle : -2 * middle])
     return result
 
 

@@ -1,5 +1,7 @@
 """Lines beside those that are looked at anyway: found where they are, and none in noise."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -35,6 +37,17 @@ def test_a_line_that_stays_with_speed_is_a_frequency():
     assert order == 0
     assert kind.frequency_hz == pytest.approx(29.86, abs=0.1 * RATE_HZ / SAMPLES)
     assert not kind.phase
+
+
+def test_a_slow_line_is_found_as_well():
+    ((_, kind),) = _found([_record(f, i, (1.61, 0.05)) for i, f in enumerate(SPEEDS_HZ)])
+    assert kind.frequency_hz == pytest.approx(1.61, abs=0.1 * RATE_HZ / SAMPLES)
+
+
+def test_a_drift_is_no_line():
+    drift = np.linspace(0.0, 2.0, SAMPLES)
+    records = [_record(f, i) for i, f in enumerate(SPEEDS_HZ)]
+    assert not _found([replace(one, signals=one.signals + drift * [[1.0], [0.0]]) for one in records])
 
 
 @pytest.mark.parametrize("at", [0.43, 4.7, 7.0, 13.2])

@@ -19,8 +19,17 @@ COUPLED_RPM = (600.0, 902.0, 1205.0, 1509.0, 1814.0, 2120.0)
 ROTOR_RPM = (1200.0, 1603.0, 2008.0, 2616.0, 3226.0, 3838.0)
 #: What can act where a bolt is lost. All effects compete in test_explain_rigid_coupling.py.
 AT_THE_COUPLING = frozenset(
-    """bolt_loss coupling_misalignment rotating_coupling_force unbalance shaft_bow torque_ripple soft_foot
-    support_anisotropy remounted_sensor""".split()
+    {
+        "bolt_loss",
+        "coupling_misalignment",
+        "remounted_sensor",
+        "rotating_coupling_force",
+        "shaft_bow",
+        "soft_foot",
+        "support_anisotropy",
+        "torque_ripple",
+        "unbalance",
+    }
 )
 
 
