@@ -90,7 +90,8 @@ def main() -> None:
     options = {"store": store, "split": None, "coverage": given.coverage, "seed": given.seed, "alone": given.alone}
     within, fold = Gathered(), parts_by_machine(table.groups, given.folds, given.seed)
     for number in range(given.folds):
-        within.add(fit_model(table.part(fold != number), responses, **options), table.part(fold == number))
+        model = fit_model(table.part(fold != number), responses, **options)
+        within.add(model, table.part(fold == number), zones=given.zones // given.folds)
     print(
         f"\n## Within the training draw, {given.folds} folds by machine\n\n{within.lines(given.coverage)}", flush=True
     )
