@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from sklearn.linear_model import LogisticRegression
 
+from ..evidence import LEAST_PROBABILITY
 from .fault_classifier import FaultClassifier, out_of_group
 from .learning_set import LearningSet
 
@@ -86,7 +87,7 @@ def race_weights(rules: Mapping[str, np.ndarray], rows: LearningSet, classifier:
     Returns
     -------
     Weights or None
-        None where the rows show none of the faults, or nothing else.
+        None where the rules found none of the faults, or were always right.
     """
     classes = [str(one) for one in np.unique(rows.labels)]
     faults = [fault for fault in COMBINED if fault in classes and fault in rules]
@@ -94,5 +95,10 @@ def race_weights(rules: Mapping[str, np.ndarray], rows: LearningSet, classifier:
         return None
     probability, _ = out_of_group(classifier, rows.values, rows.labels, rows.groups, folds=4)
     model = probability[:, [classes.index(fault) for fault in faults]]
-    present = rows.labels[:, None] == np.array(faults)
-    return fit_weights(np.column_stack([rules[fault] for fault in faults]).ravel(), model.ravel(), present.ravel())
+    present = (rows.labels[:, None] == np.array(faults)).ravel()
+    stated = np.column_stack([rules[fault] for fault in faults]).ravel()
+    # Fitted on what they are used on: the model changes what the rules found, and adds nothing.
+    found = stated >= LEAST_PROBABILITY
+    if np.unique(present[found]).size < 2:
+        return None
+    return fit_weights(stated[found], model.ravel()[found], present[found])

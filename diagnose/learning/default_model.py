@@ -20,6 +20,8 @@ from .training import train
 
 FEATURES = "default_features.parquet"
 MODEL, SEED, ITERATIONS = "linear", 0, 60
+#: Raised when the same features give another model than before.
+TRAINING = 2
 
 
 @cache
@@ -54,7 +56,14 @@ def cache_folder() -> Path:
 
 
 def _key(content: bytes) -> str:
-    decides = [*sorted(model_versions().items()), MODEL, SEED, ITERATIONS, hashlib.sha256(content).hexdigest()]
+    decides = [
+        TRAINING,
+        *sorted(model_versions().items()),
+        MODEL,
+        SEED,
+        ITERATIONS,
+        hashlib.sha256(content).hexdigest(),
+    ]
     return hashlib.sha256(repr(decides).encode()).hexdigest()[:20]
 
 

@@ -24,7 +24,7 @@ def tables(data: Mapping[str, Any], files: Sequence[Mapping[str, Any]]) -> list[
 def _plain(title: str, heads: Iterable[str]) -> Table:
     table = Table(box=None, padding=(0, 2, 0, 0), title=title, title_justify="left")
     for place, head in enumerate(heads):
-        table.add_column(head, justify="left" if place == 0 else "right", no_wrap=place == 0)
+        table.add_column(head, justify="left" if place == 0 else "right", no_wrap=place == 0, overflow="fold")
     return table
 
 

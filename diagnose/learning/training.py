@@ -9,8 +9,8 @@ import numpy as np
 
 from ...simulators.errors import InvalidValueError
 from .changes import model_feature_names
-from .combination import COMBINED, race_weights
-from .evaluation import Judged, judged, scores
+from .combination import COMBINED, Weights, race_weights
+from .evaluation import Judged, calibration, judged, scores
 from .fault_classifier import FaultClassifier
 from .feature_table import FeatureTable
 from .learning_set import LEAST_MACHINES, LearningSet, learnable, learning_set
@@ -72,9 +72,11 @@ def train(
             usable = _has_two(part) and len(unseen.labels)
             judgements[name] = _judgement(_fitted(part, model, seed, iterations), unseen) if usable else None
     card = _card(rows, fitted, classifier, origin, judgements)
-    return Model(
-        classifier, model_feature_names(), card | {"combination": _combination(table, rows, fitted, classifier)}
-    )
+    card["combination"] = _combination(table, rows, fitted, classifier)
+    if judge and card["combination"]:
+        held = rows.where(~fitted & ~rows.with_baseline)
+        card["race_faults_on_held_out_machines"] = _ways(table, held, classifier, Weights(**card["combination"]))
+    return Model(classifier, model_feature_names(), card)
 
 
 def _combination(
@@ -94,6 +96,30 @@ def _combination(
     except InvalidValueError:  # too few machines for folds
         return None
     return None if weights is None else weights.data()
+
+
+def _ways(table: FeatureTable, rows: LearningSet, classifier: FaultClassifier, weights: Weights) -> dict[str, Any]:
+    """Return how right rules, model and both are on race faults without a baseline.
+
+    ``brier``: mean square of probability minus truth; ``calibration``: bins of the stated probability with mean stated,
+    share right and number; ``missed`` and ``false``: race faults that are below even odds, others that are above.
+    """
+    faults = [one for one in COMBINED if one in classifier.classes_ and f"rules.{one}" in table.names]
+    if not len(rows.labels) or not faults:
+        return {}
+    rules = table.only([f"rules.{one}" for one in faults]).values[rows.index].ravel()
+    places = [classifier.classes_.tolist().index(one) for one in faults]
+    model = classifier.predict_proba(rows.values)[:, places].ravel()
+    present = (rows.labels[:, None] == np.array(faults)).ravel()
+    found: dict[str, Any] = {"asked": int(present.size), "present": int(present.sum())}
+    # As in use: the model changes what the rules found, and adds nothing.
+    both = np.where(rules > 0, weights.combined(rules, model), 0.0)
+    for name, stated in (("rules", rules), ("model", model), ("both", both)):
+        wrong = {"missed": int((present & (stated <= 0.5)).sum()), "false": int((~present & (stated > 0.5)).sum())}
+        answer = np.where(present, "yes", "no")
+        judged_so = Judged(answer, np.full(present.size, "yes"), stated, np.ones(present.size), 0.0)
+        found[name] = {"brier": float(np.mean((stated - present) ** 2)), **wrong, "calibration": calibration(judged_so)}
+    return found
 
 
 def _has_two(rows: LearningSet) -> bool:
