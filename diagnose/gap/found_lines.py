@@ -147,13 +147,13 @@ def _surroundings(power: np.ndarray) -> np.ndarray:
 def _free(frequency: np.ndarray, speed_hz: float, resolution_hz: float, stated: Stated) -> np.ndarray:
     """Return where a line would be none that is looked at anyway, nor the foot of one."""
     order = frequency / speed_hz
-    half = np.abs(order - np.round(2 * order) / 2)
+    half = np.abs(order - np.maximum(np.round(2 * order), 1.0) / 2)
     clear = np.maximum(CLEAR, AROUND[0] * resolution_hz / speed_hz)
     free = (order > HALVES_TO) | (half > clear)
-    whole = np.abs(order - np.round(order))
+    whole = np.abs(order - np.maximum(np.round(order), 1.0))
     free &= (whole > clear) | (whole < max(WHOLE, LEAST_BINS * resolution_hz / speed_hz))
     highest = HIGHEST_SHARE * (frequency[-1] * 2)
-    free &= (frequency > 2 * FEWEST_PERIODS * resolution_hz) & (frequency < highest)
+    free &= (frequency > FEWEST_PERIODS * resolution_hz) & (frequency < highest)
     for stated_order, kind in zip(*stated, strict=True):
         if not kind.envelope:
             place = abs(stated_order * speed_hz + kind.frequency_hz)

@@ -31,6 +31,8 @@ from .stepped import Run, lines_of_record, motions
 
 #: Harmonics above the highest order looked at: parametric effects couple neighbours.
 FURTHER_HARMONICS = 2
+#: Periods of a slow line that are simulated: in fewer it is not told from the mean.
+PERIODS = 3.0
 #: Turns, and fewest samples, of a periodic motion on which effects of the measuring chain act.
 CHAIN_TURNS, CHAIN_SAMPLES = 16.0, 1000
 KEPT_MOTIONS = 8
@@ -88,6 +90,12 @@ class Predictor:
         """Multiples of the shaft's speed among the lines."""
         lines = zip(self.orders, self.kinds, strict=True)
         return [round(o) for o, kind in lines if _is_whole(o) and not kind.envelope and not kind.frequency_hz]
+
+    @property
+    def _least_s(self) -> float:
+        """Time in which the slowest line that stays with speed is seen."""
+        own = [k.frequency_hz for o, k in zip(self.orders, self.kinds, strict=True) if o == 0 and k.frequency_hz > 0]
+        return PERIODS / min(own) if own else 0.0
 
     def amplitudes(self, machine: Machine) -> np.ndarray:
         """Return the lines, shape (conditions, probes, orders), complex.
@@ -253,7 +261,7 @@ class Predictor:
         machines |= {_moving_part(base).to_toml(): _moving_part(base) for base in bases.values()}
         new = {key: one for key, one in machines.items() if key not in self._stepped}
         runs = [
-            Run(at_condition(machine, c), c.speed_rpm, rate, samples, smooth)
+            Run(at_condition(machine, c), c.speed_rpm, rate, samples, smooth, self._least_s)
             for machine in new.values()
             for c, rate, samples in zip(self.conditions, self.rates_hz, self.samples, strict=True)
         ]

@@ -33,7 +33,8 @@ class Run:
     """One machine at one speed, recorded at a rate for at most so many samples.
 
     ``smooth`` says that two steps a sample and a short settling will do: the machine's own step is made for meshing
-    teeth and contacts, and what settles slowly is the same in the run that it is compared with.
+    teeth and contacts, and what settles slowly is the same in the run that it is compared with. ``least_s`` is the
+    length that the slowest line needs.
     """
 
     machine: Machine
@@ -41,12 +42,13 @@ class Run:
     rate_hz: float
     samples: int
     smooth: bool
+    least_s: float = 0.0
 
     @property
     def duration_s(self) -> float:
         """Length of the record: the same for speeds that are nearly the same, so that they go side by side."""
-        turns = TURNS * 60 / self.speed_rpm
-        return min(self.samples / self.rate_hz, 2 ** (math.ceil(2 * math.log2(turns)) / 2))
+        enough = max(TURNS * 60 / self.speed_rpm, self.least_s)
+        return min(self.samples / self.rate_hz, 2 ** (math.ceil(2 * math.log2(enough)) / 2))
 
 
 def motions(runs: Sequence[Run]) -> list[Simulation | None]:
