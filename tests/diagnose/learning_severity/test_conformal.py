@@ -104,3 +104,14 @@ def test_groups_of_another_length_are_refused():
     x, y, _ = made(20, 1, 9)
     with pytest.raises(InvalidValueError, match="19 groups for 20 rows"):
         ConformalRegressor(Ridge()).fit(x, y, np.arange(19))
+
+
+def test_no_interval_begins_or_ends_between_nothing_and_the_smallest_training_value():
+    x, y, groups = made(100, 4, 10)
+    y = np.where(x[:, 0] > 1, 3 * x[:, 0], 0.0)
+    model = ConformalRegressor(Ridge(), coverage=0.5, floor=1.0, least=0.0)
+    ends = model.fit(x, y, groups).predict_interval(x)
+    smallest = y[y > 0].min()
+    assert np.all((ends[:, 0] == 0) | (ends[:, 0] >= smallest))
+    assert np.all(ends[:, 1] >= smallest)
+    assert 0 < np.mean(ends[:, 0] == 0) < 1
