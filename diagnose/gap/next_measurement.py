@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...simulators.machine import Machine
 from .lines import Condition
-from .predict import UnpredictableError
+from .predict import Predictor, UnpredictableError
 from .refine import Fit
 
 if TYPE_CHECKING:
@@ -74,7 +73,8 @@ def _lacking(prepared: Prepared) -> list[str]:
 def most_separating_speed(best: Fit, rivals: Sequence[Fit], prepared: Prepared) -> tuple[float, tuple[Fit, ...]]:
     """Return a speed (rpm) and the rivals that a recording there separates from the best.
 
-    Of the rivals that any speed can separate, the speed at which the least separated one is separated best.
+    Of the rivals that any speed can separate, the speed at which the least separated one is separated best. A
+    difference counts beyond noise and what the values of both fits leave open.
     """
     measured = prepared.measured
     tried = np.linspace(*_range(prepared), SPEEDS)
@@ -83,11 +83,11 @@ def most_separating_speed(best: Fit, rivals: Sequence[Fit], prepared: Prepared) 
     noise = np.median(np.where(measured.seen, measured.deviations, np.inf), axis=0)
     found: list[tuple[Fit, np.ndarray]] = []
     try:
-        leading = predictor.amplitudes(_machine(best, prepared))
-        scale = noise**2 + (0.05 * np.abs(leading)) ** 2
+        leading, open_still = _expected(best, prepared, predictor)
+        scale = noise**2 + (0.05 * np.abs(leading)) ** 2 + open_still
         for rival in rivals:
-            other = predictor.amplitudes(_machine(rival, prepared))
-            found.append((rival, (np.abs(leading - other) ** 2 / scale).sum(axis=(1, 2))))
+            other, open_too = _expected(rival, prepared, predictor)
+            found.append((rival, (np.abs(leading - other) ** 2 / (scale + open_too)).sum(axis=(1, 2))))
     except UnpredictableError:
         return float(tried[0]), ()
     able = [(rival, apart) for rival, apart in found if apart.max() > LEAST_SEPARATION]
@@ -97,14 +97,20 @@ def most_separating_speed(best: Fit, rivals: Sequence[Fit], prepared: Prepared) 
     return float(tried[where]), tuple(rival for rival, apart in able if apart[where] > LEAST_SEPARATION)
 
 
+def _expected(fit: Fit, prepared: Prepared, predictor: Predictor) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lines that a fit lets expect, and the variance that its own values leave open in them."""
+    machine = (fit.problem or prepared).baseline.machine
+    lines = predictor.amplitudes(fit.machine(machine))
+    variance = np.zeros(lines.shape)
+    if fit.candidates and predictor.repeats(fit.machine(machine)):
+        for moved in np.linalg.cholesky(fit.covariance).T:
+            variance += np.abs(predictor.amplitudes(fit.machine(machine, fit.position + moved)) - lines) ** 2
+    return lines, variance
+
+
 def _range(prepared: Prepared) -> tuple[float, float]:
     speeds = [c.speed_rpm for c in prepared.measured.conditions]
     return SLOWER * min(speeds), FASTER * max(speeds)
-
-
-def _machine(fit: Fit, prepared: Prepared) -> Machine:
-    """Return the machine with the fitted effects, its own parameters where they were fitted beside them."""
-    return fit.machine((fit.problem or prepared).baseline.machine)
 
 
 def _different_speeds(prepared: Prepared) -> int:
