@@ -1,21 +1,24 @@
-"""What the default model says of a recording, and the findings with it: rules and model in one ranking."""
+"""What the default model says of a recording, and the findings with it: rules and model in one ranking.
+
+scikit-learn is imported when the model is asked, not before: most recordings have no bearing known.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..compare import comparable
 from ..observe import Observation
 from ..result import Finding, Opinion
-from .changes import model_features
-from .combination import COMBINED, Weights
-from .default_model import default_model
 from .fault_names import HEALTHY
-from .model_file import Model
-from .relative_features import levels, relative_features
+
+if TYPE_CHECKING:
+    from .combination import Weights
+    from .model_file import Model
 
 
 def opinion_of(
@@ -32,6 +35,10 @@ def opinion_of(
     """
     if now.speed is None or not now.turning or not now.recording.nameplate.bearings:
         return None
+    from .changes import model_features
+    from .default_model import default_model
+    from .relative_features import levels, relative_features
+
     own = relative_features(now, measured=measured) | levels(now)
     before = None
     if baseline is not None and comparable(now, baseline):
@@ -68,6 +75,8 @@ def with_opinion(findings: tuple[Finding, ...], opinion: Opinion | None, *, leas
     """
     if opinion is None or not opinion.known or opinion.weights is None:
         return findings
+    from .combination import COMBINED, Weights
+
     weights = Weights(**opinion.weights)
     changed = [_combined(one, opinion, weights) if one.fault in COMBINED else one for one in findings]
     kept = [one for one in changed if one.probability >= least]
