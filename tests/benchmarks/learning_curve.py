@@ -1,6 +1,6 @@
 """Accuracy on measured recordings against amount and realism of the simulated training data; table and picture.
 
-    rotorwise dataset build widely_drawn_benches -o set --limit 1848
+    rotorwise dataset build widely_drawn_benches -o set --limit 1890
     rotorwise dataset build tests/benchmarks/learning_fixed_bench.toml -o fixed --limit 252
     python tests/benchmarks/learning_curve.py set fixed -o FOLDER
 
