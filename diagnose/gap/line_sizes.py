@@ -30,6 +30,8 @@ ENVELOPE_BAND, ENVELOPE_LOWEST_ORDER = (0.1, 0.4), 15.0
 HIGHEST_SHARE, FEWEST_PERIODS = 0.4, 2.5
 #: A size is repeated no better than this share.
 REPEATED = 0.1
+#: Half width of a Hann window's main lobe in lines of the spectrum.
+MAIN_LOBE = 2.0
 #: Distance to the nearest locked order that a band keeps, as a share.
 KEPT_CLEAR = 0.8
 
@@ -116,7 +118,9 @@ def _half_width(frequency_hz: float, speed_hz: float, resolution_hz: float, kind
         return half
     halves = frequency_hz / speed_hz * 2
     clear = abs(halves - round(halves)) / 2 * speed_hz
-    return min(half, KEPT_CLEAR * clear) if KEPT_CLEAR * clear >= least / 2 else 0.0
+    # The main lobe of the locked order, widened by wander, is no part of the line's band.
+    room = min(KEPT_CLEAR * clear, clear - MAIN_LOBE * resolution_hz)
+    return min(half, room) if room >= least / 2 else 0.0
 
 
 def _in_band(power: np.ndarray, centre: float, half: float) -> tuple[np.ndarray, np.ndarray]:

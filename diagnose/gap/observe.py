@@ -31,6 +31,10 @@ FEWEST_SEGMENTS = 4
 HANN_NOISE = 1.5
 #: The scatter of one line weighs as many degrees of freedom as it has; the probe's typical scatter weighs this many.
 TYPICAL_WEIGHT = 10.0
+#: A line is clear from so many standard deviations on; fewer clear ones say nothing of how slowly lines change.
+CLEAR, FEWEST_CLEAR = 3.0, 4
+#: Deviation of the median of n exponential values over their mean, times the square root of n and 99 % of chance.
+MEDIAN_SPREAD = 3.4
 #: Lines above this share of the sampling rate are bent by the anti-alias filter.
 HIGHEST_SHARE = 0.4
 #: A line below this share of its probe's largest line is not trusted.
@@ -247,7 +251,32 @@ def order_amplitudes_with_noise(
     own = 2.0 * (segments - 1)
     typical = np.median(power, axis=1, keepdims=True)
     shrunk = (own * power + TYPICAL_WEIGHT * np.minimum(typical, 10 * power + 1e-300)) / (own + TYPICAL_WEIGHT)
-    return whole, np.sqrt(np.maximum(shrunk, 1e-300))
+    middle = np.searchsorted(turns, turns[0] + length / 2)
+    halves = [_weighted_mean(centred[:, h], turns[h], carriers[:, h]) for h in (slice(middle), slice(middle, None))]
+    clear = np.abs(whole) ** 2 > CLEAR**2 * shrunk
+    slow = np.where(clear, _slowness((halves[1] - halves[0])[clear], shrunk[clear]), 1.0)
+    return whole, np.sqrt(np.maximum(shrunk * slow, 1e-300))
+
+
+def _slowness(change: np.ndarray, power: np.ndarray) -> float:
+    """Return by how much the noise of clear lines exceeds what their scatter over segments says; 1 where it does not.
+
+    Segments count as independent. A machine's lines also change slowly, from one half of the record to the other by
+    more than that, and from one record to the next by at least as much.
+
+    Parameters
+    ----------
+    change : ndarray (lines,), complex
+        From the first half to the second.
+    power : ndarray (lines,)
+        Of the noise in the whole record, of the real part.
+    """
+    if change.size < FEWEST_CLEAR:
+        return 1.0
+    # Half as long: twice the noise power in each half, four times in their difference. The median of the power of
+    # Gaussian noise is ln 2 of its mean.
+    ratio = float(np.median(np.abs(change) ** 2 / (8 * power))) / math.log(2)
+    return ratio if ratio > 1 + MEDIAN_SPREAD / math.sqrt(change.size) else 1.0
 
 
 def weighted_amplitudes(signals: np.ndarray, *, turns: np.ndarray, orders: np.ndarray) -> np.ndarray:

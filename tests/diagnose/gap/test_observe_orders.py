@@ -5,10 +5,12 @@ import pytest
 from rotorwise.datasets.recording import Channel, OperatingCondition, Recording
 from rotorwise.diagnose.gap.observe import (
     UnusableRecordingError,
+    _slowness,
     observe_orders,
     order_amplitudes_with_noise,
     with_reference,
 )
+from scipy.signal import lfilter
 
 ORDERS = np.array([0.5, 1.0, 2.0, 3.0])
 TURNS = np.arange(8000) / 100
@@ -43,6 +45,37 @@ def test_a_line_that_wanders_is_less_certain():
     signal = wander * np.cos(2 * np.pi * TURNS) + 0.01 * generator.normal(size=TURNS.size)
     _, deviation = order_amplitudes_with_noise(signal[None], turns=TURNS, orders=ORDERS)
     assert deviation[0, 1] > 10 * deviation[0, 3]
+
+
+def test_lines_that_change_slowly_are_less_certain_than_their_segments_say():
+    # Each line wanders about its mean with a memory of a quarter of the record: segments are not independent.
+    generator = np.random.default_rng(3)
+    orders = np.arange(1.0, 7.0)
+    found, stated = [], []
+    for _ in range(60):
+        steps = generator.normal(size=(2, orders.size, 2 * TURNS.size))
+        memory = np.exp(-4 / TURNS.size)
+        wander = lfilter([np.sqrt(1 - memory**2)], [1.0, -memory], steps, axis=2)[:, :, -TURNS.size :]
+        lines = 1 + 0.2 * (wander[0] + 1j * wander[1])
+        signal = np.real((lines * np.exp(2j * np.pi * np.outer(orders, TURNS))).sum(axis=0))
+        signal += 0.1 * generator.normal(size=TURNS.size)
+        amplitude, deviation = order_amplitudes_with_noise(signal[None], turns=TURNS, orders=orders)
+        found.append(amplitude[0])
+        stated.append(deviation[0] ** 2)
+    scatter = np.array(found)
+    real = 0.5 * (scatter.real.var(axis=0) + scatter.imag.var(axis=0)).mean()
+    assert 0.3 * real < np.median(stated) < 2 * real
+    # Halves that differ by 1 where segments say a deviation of 0.03.
+    assert _slowness(np.full(6, 1.0 + 0j), np.full(6, 1e-3)) == pytest.approx(125 / np.log(2))
+
+
+def test_steady_lines_are_not_called_slow():
+    generator = np.random.default_rng(4)
+    noise = generator.normal(size=(2, 400, 12)) * np.sqrt(4.0)
+    slow = [_slowness(real + 1j * imaginary, np.ones(12)) > 1 for real, imaginary in zip(*noise, strict=True)]
+    # One in a hundred by construction.
+    assert np.mean(slow) < 0.04
+    assert _slowness(np.full(3, 100.0 + 0j), np.ones(3)) == 1.0
 
 
 def _recording(signal: np.ndarray, name: str = "a") -> Recording:
