@@ -146,10 +146,11 @@ class ConformalRegressor(RegressorMixin, BaseEstimator):
         middle, half = self.mean_.predict(X), self._sizes(X)
         half = np.where(np.isfinite(q), min(q, 1e300) * half, np.inf)
         ends = self._back(np.stack([middle - half, middle + half], axis=1))
-        if self.smallest_ is None:
+        smallest = self.smallest_
+        if smallest is None or self.least is None:
             return ends
-        low, high = ends[:, 0], np.maximum(ends[:, 1], self.smallest_)
-        return np.stack([np.where(low < self.smallest_, self.least, low), high], axis=1)
+        low, high = ends[:, 0], np.maximum(ends[:, 1], smallest)
+        return np.stack([np.where(low < smallest, self.least, low), high], axis=1)
 
     def _fit(self, X: np.ndarray, target: np.ndarray, folds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Fit to all rows; return value and size of error of each row by models that have not seen its machine."""
