@@ -2,7 +2,8 @@
 
 log-odds = constant + rules * log-odds of the rules + model * log-odds of the classifier, the weights from simulated
 machines that the classifier was not fitted on. A weight below zero would mean that evidence speaks against itself: it
-is set to zero and the other is fitted alone.
+is set to zero and the other is fitted alone. What is stated is never above what the rules state: the model may doubt a
+hint, but has seen too few machines to make an alarm of one.
 """
 
 from __future__ import annotations
@@ -39,6 +40,10 @@ class Weights:
         """Return the probability from those of the rules and of the model."""
         odds = self.constant + self.rules * log_odds(rules) + self.model * log_odds(model)
         return 1 / (1 + np.exp(-odds))
+
+    def doubted(self, rules: float | np.ndarray, model: float | np.ndarray) -> Any:
+        """Return the combined probability where it is below that of the rules, else theirs."""
+        return np.minimum(rules, self.combined(rules, model))
 
     def data(self) -> dict[str, float]:
         """Return the weights by name."""

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 def opinion_of(
     now: Observation, baseline: Observation | None, *, measured: Mapping[str, float] | None = None
 ) -> Opinion | None:
-    """Return what the default model says; None where it was not asked: no turning machine, or no bearing known.
+    """Return what the default model says; None where it was not asked: no turning machine, no bearing known, or gears.
 
     Parameters
     ----------
@@ -33,7 +33,9 @@ def opinion_of(
     measured : mapping, optional
         `features` of the recording, where they are at hand.
     """
-    if now.speed is None or not now.turning or not now.recording.nameplate.bearings:
+    plate = now.recording.nameplate
+    # It learned from machines without gears, whose meshes shake bearings at many orders.
+    if now.speed is None or not now.turning or not plate.bearings or plate.gears:
         return None
     from .changes import model_features
     from .default_model import default_model
@@ -87,7 +89,7 @@ def _combined(finding: Finding, opinion: Opinion, weights: Weights) -> Finding:
     model = opinion.probabilities.get(finding.fault)
     if model is None:
         return finding
-    probability = float(weights.combined(finding.probability, model))
+    probability = float(weights.doubted(finding.probability, model))
     words = f" Rules alone {finding.probability:.0%}, trained model {model:.0%}."
     return replace(finding, probability=min(probability, 0.99), summary=finding.summary + words)
 

@@ -113,7 +113,7 @@ def _ways(table: FeatureTable, rows: LearningSet, classifier: FaultClassifier, w
     present = (rows.labels[:, None] == np.array(faults)).ravel()
     found: dict[str, Any] = {"asked": int(present.size), "present": int(present.sum())}
     # As in use: the model changes what the rules found, and adds nothing.
-    both = np.where(rules > 0, weights.combined(rules, model), 0.0)
+    both = np.where(rules > 0, weights.doubted(rules, model), 0.0)
     for name, stated in (("rules", rules), ("model", model), ("both", both)):
         wrong = {"missed": int((present & (stated <= 0.5)).sum()), "false": int((~present & (stated > 0.5)).sum())}
         answer = np.where(present, "yes", "no")

@@ -24,7 +24,8 @@ def made_table(*, draws: int = 12, seed: int = 0, size: float = 1.0) -> FeatureT
                 for _ in range(4):
                     row = machine + stream.normal(0.0, 0.05, len(names))
                     share = stream.uniform(0.5, 1.5)
-                    row[place["rules.bearing_outer_race"]] = 0.05
+                    # Now and then the rules see what is not there.
+                    row[place["rules.bearing_outer_race"]] = 0.3 if stream.uniform() < 0.1 else 0.05
                     if fault == "bearing_outer_race":
                         row[place["outer_race_depth"]] += 2.0 * size * share
                         row[place["outer_race_contrast"]] += 2.0 * size * share

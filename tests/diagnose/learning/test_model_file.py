@@ -164,3 +164,11 @@ def test_the_default_model_is_cached_and_does_without_a_cache(tmp_path, monkeypa
     assert "bearing_outer_race" in shipped.default_model().classifier.classes_
     load_model(kept[0])  # written anew
     shipped.default_model.cache_clear()
+
+
+def test_the_model_doubts_and_raises_no_alarm() -> None:
+    weights = Weights(constant=1.0, rules=1.0, model=1.0)
+    rules, model = np.array([0.3, 0.3, 0.9]), np.array([0.95, 0.05, 0.5])
+    assert weights.combined(rules, model)[0] > 0.5
+    assert np.all(weights.doubted(rules, model) <= rules)
+    assert weights.doubted(rules, model)[1] == weights.combined(rules, model)[1]
