@@ -25,11 +25,14 @@ lint: $(VENV)/stamp-lint
 	$(BIN)/pyright --pythonpath $(BIN)/python
 
 # With the oldest versions that pyproject.toml allows. Left out: the browser, every effect on every machine, the papers'
-# claims, the comparisons with independent solvers, the searches of the model gap and the house rules.
+# claims, the comparisons with independent solvers, the searches of the model gap, commands that only simulate and the
+# house rules.
 test-oldest: .venv-oldest/stamp
 	.venv-oldest/bin/pytest -n auto --dist worksteal -m "not browser" --ignore tests/benchmarks --ignore tests/simulators/effects \
 	  --ignore tests/diagnose/test_simulated_faults.py --ignore tests/diagnose/gap --ignore tests/house --ignore tests/simulators/papers \
-	  --ignore tests/simulators/test_identification.py --ignore tests/simulators/solvers/test_gearbox_accuracy.py $(PYTEST_ARGS)
+	  --ignore tests/simulators/test_identification.py --ignore tests/simulators/solvers/test_gearbox_accuracy.py \
+	  --ignore tests/diagnose/test_simulate.py --ignore tests/diagnose/test_papers.py --ignore tests/diagnose/test_thresholds.py \
+	  --ignore tests/diagnose/test_effects_command.py --ignore tests/diagnose/learning_severity/test_severity_command.py $(PYTEST_ARGS)
 
 .venv-oldest/stamp: tests/oldest.txt pyproject.toml | $(VENV)/stamp-venv
 	rm -rf .venv-oldest

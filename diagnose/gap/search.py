@@ -198,8 +198,12 @@ def _jointly_best(fits: list[Fit], problem: Problem) -> list[Fit]:
         if far and count >= JOINT:
             break
         in_time = not problem.predictor.repeats(fit.machine(problem.baseline.machine))
+        if in_time and any(fit.names == one.names for one in joint):
+            # Another variant of an effect that explains more: not worth a simulation for each of the unknowns.
+            continue
         joint.append(fit if far and in_time else jointly(fit, problem, moves=0))
-    rest, best = ranked[len(joint) :], max(one.log_evidence for one in joint)
+    best, seen = max(one.log_evidence for one in joint), {one.names for one in joint}
+    rest = [fit for fit in ranked if fit.names not in seen]
     return [jointly(fit, problem, moves=MOVES) if fit.log_evidence > best - CLOSE else fit for fit in joint] + rest
 
 

@@ -4,16 +4,25 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import sklearn
 from rotorwise.diagnose.learning.fault_classifier import FaultClassifier, out_of_group
 from rotorwise.diagnose.learning.novelty import Novelty
 from rotorwise.simulators.errors import InvalidValueError
 from sklearn.utils.estimator_checks import check_estimator
 
-CHECKED = [FaultClassifier(model="linear", iterations=2, folds=2), FaultClassifier(iterations=2, folds=2)]
+#: Older checks have too few rows for the leaves of boosted trees; scikit-learn's own are given smaller leaves there.
+OLD = tuple(int(part) for part in sklearn.__version__.split(".")[:2]) < (1, 6)
+TREES = pytest.mark.skipif(OLD, reason="the checks of scikit-learn below 1.6 have too few rows for a leaf of 20")
 
 
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("estimator", CHECKED, ids=["linear", "boosting"])
+@pytest.mark.parametrize(
+    "estimator",
+    [
+        pytest.param(FaultClassifier(model="linear", iterations=2, folds=2), id="linear"),
+        pytest.param(FaultClassifier(iterations=2, folds=2), id="boosting", marks=TREES),
+    ],
+)
 def test_keeps_the_contract_of_scikit_learn(estimator) -> None:
     check_estimator(estimator)
 
