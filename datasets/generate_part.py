@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..simulators.solvers.blas import single_blas_thread
 from .errors import RotorwiseError
 from .generate_table import parquet_bytes, schema_of
 from .recipe import Recipe
@@ -54,6 +55,7 @@ class Part:
     content: bytes
 
 
+@single_blas_thread
 def make_part(source: str, number: int, *, limit: int | None = None) -> Part:
     """Compute one part.
 
