@@ -9,17 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..simulators.errors import InvalidValueError, RotorwiseError
+from ..simulators.errors import InvalidValueError
 from . import cli_options as options
 from .cli_options import option
-from .train_command import cores, leave, measuring
+from .learning_command import Jobs, NoNoise, Seed, check_whole_numbers, cores, exit_codes, measuring
 
 if TYPE_CHECKING:
     from .learning.evaluation import Judged
     from .learning.model_file import Model
     from .learning.sources import FileRow
-
-_USAGE, _FAILED, _OUTPUT_FAILED = 2, 3, 4
 
 ModelFile = Annotated[
     Path, typer.Argument(help="What rotorwise train wrote, or default.", metavar="MODEL", show_default=False)
@@ -32,9 +30,6 @@ Label = Annotated[
     str | None, option("--label", value="FAULT", text="What is wrong with all recordings given: a fault, or healthy.")
 ]
 Split = Annotated[str | None, option("--split", value="NAME", text="Of the dataset, only this split.")]
-Seed = Annotated[int, option("--seed", value="N", text="Of the machines' noise, on a dataset.")]
-NoNoise = Annotated[bool, option("--no-machine-noise", text="Leave the noise of real machines away, on a dataset.")]
-Jobs = Annotated[int | None, option("--jobs", value="N", text="Processes; one for every core when left out.")]
 AsJson = Annotated[bool, option("--json", text="Print JSON.")]
 Force = Annotated[bool, option("--force", text="Replace an existing report.")]
 
@@ -72,9 +67,11 @@ def evaluate(
     """
     from .learning.model_file import load_model
     from .learning.sources import is_dataset
+    from .papers_files import TableFileError
     from .report.write import ReportFileError, check_free
 
-    try:
+    with exit_codes(ReportFileError, TableFileError):
+        check_whole_numbers(seed=(seed, 0), jobs=(jobs, 1))
         if report is not None:
             check_free(report.resolve(), force=force)
         used = _default() if str(model) == "default" else load_model(model)
@@ -87,12 +84,6 @@ def evaluate(
             found = _on_files(used, sources, label=label, baseline=baseline or [], metadata=metadata, sidecar=sidecar)
         if report is not None:
             _write(found, used, report, force=force)
-    except ReportFileError as problem:
-        raise leave(problem, _OUTPUT_FAILED) from None
-    except InvalidValueError as problem:
-        raise leave(problem, _USAGE) from None
-    except RotorwiseError as problem:
-        raise leave(problem, _FAILED) from None
     if as_json:
         print(json.dumps({**found.data, "files": list(found.files), "remarks": list(found.remarks)}, indent=2))
     else:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..simulators.errors import RotorwiseError
+from .output_file import replace_whole
 
 if TYPE_CHECKING:
     from ..simulators.papers.claim import Claim
@@ -102,17 +101,4 @@ def write_whole(path: Path, text: str) -> None:
     TableFileError
         When the place cannot be written to.
     """
-    # A link is followed, so that it stays a link.
-    target = path.resolve()
-    draft = target.with_name(f".{target.name}.{os.getpid()}.part")
-    try:
-        draft.write_text(text, encoding="utf-8", newline="")
-        if target.exists():
-            shutil.copymode(target, draft)
-        draft.replace(target)
-    except OSError as problem:
-        raise TableFileError(
-            f"{target} cannot be written: {problem.strerror or problem}. Choose another place."
-        ) from problem
-    finally:
-        draft.unlink(missing_ok=True)
+    replace_whole(path, text.encode(), error=TableFileError)

@@ -12,13 +12,14 @@ import typer
 from ..simulators.errors import InvalidValueError, RotorwiseError
 from . import cli_options as options
 from .cli_options import option
+from .learning_command import check_whole_numbers, exit_codes
 
 if TYPE_CHECKING:
     from ..datasets.store import Store
     from .learning.severity.model import SeverityModel
     from .learning.severity.reading import SeverityTable
 
-_USAGE, _FAILED, _OUTPUT_FAILED = 2, 3, 4
+_FAILED = 3
 
 severity = typer.Typer(
     no_args_is_help=True, rich_markup_mode=None, help="How large is the fault? Estimates with intervals, and zones."
@@ -60,8 +61,9 @@ def train(
     from .learning.severity.model import train as train_model
     from .learning.severity.model_file import SeverityFileError, check_place, save_model
 
-    try:
-        check_place(output.resolve(), force=force)
+    with exit_codes(SeverityFileError):
+        check_place(output, force=force)
+        check_whole_numbers(seed=(seed, 0))
         if not 0 < coverage < 1:
             raise InvalidValueError(f"--coverage {coverage:g}; allowed: above 0, below 1, such as 0.9. Correct it.")
         store = open_store(location)
@@ -73,10 +75,6 @@ def train(
             own = other.splits == "calibration"
             calibrate(model, other.part(own) if own.any() else other)
         save_model(model, output, force=force)
-    except SeverityFileError as problem:
-        raise _leave(problem, _OUTPUT_FAILED) from None
-    except RotorwiseError as problem:
-        raise _leave(problem, _USAGE) from None
     from .learning.severity.words import card_lines
 
     print("\n".join([*card_lines(model.card), *_refused(table), f"model: {output}"]))
@@ -102,14 +100,12 @@ def estimate(
     from .learning.severity.model_file import load_model
     from .learning.severity.words import answer_data, answer_lines
 
-    try:
+    with exit_codes():
         loaded = load_model(model)
         record = options.record_metadata(rate, speed, tacho, pulses_per_revolution)
         channels = options.channel_metadata(unit, sensitivity, channel_name, None, None)
         machine = options.machine_metadata(bearing, None, None, None, None, None, None)
         metadata = record.merged_over(channels).merged_over(machine)
-    except RotorwiseError as problem:
-        raise _leave(problem, _USAGE) from None
     found: list[dict[str, Any]] = []
     for file in files:
         try:
@@ -136,15 +132,13 @@ def evaluate(model: ModelFile, location: Location, split: Split = None, as_json:
     from .learning.severity.words import score_data, score_lines
     from .waiting import waiting
 
-    try:
+    with exit_codes():
         loaded = load_model(model)
         table, _ = _table(open_store(location), loaded.responses)
         _check_table(loaded, table, split, location)
         table = table if split is None else table.part(table.splits == split)
         with waiting("comparing zones"):
             targets, zones = score_targets(loaded, table), score_zones(loaded, table)
-    except RotorwiseError as problem:
-        raise _leave(problem, _USAGE) from None
     if as_json:
         print(json.dumps(score_data(targets, zones), indent=2))
         return
@@ -176,8 +170,3 @@ def _check_table(model: SeverityModel, table: SeverityTable, split: str | None, 
 
 def _refused(table: SeverityTable) -> list[str]:
     return [f"{len(table.refused)} records left out; the first: {table.refused[0]}"] if table.refused else []
-
-
-def _leave(problem: RotorwiseError, code: int) -> typer.Exit:
-    print(f"rotorwise: {problem}", file=sys.stderr)
-    return typer.Exit(code)

@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 import json
-import os
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..simulators.errors import InvalidValueError, RotorwiseError
+from ..simulators.errors import InvalidValueError
 from .cli_options import option
+from .learning_command import Jobs, NoNoise, Seed, check_whole_numbers, cores, exit_codes, measuring
 
 if TYPE_CHECKING:
     from .learning.model_file import Model
-
-_USAGE, _FAILED, _OUTPUT_FAILED = 2, 3, 4
 
 Location = Annotated[
     str,
@@ -28,13 +23,10 @@ Location = Annotated[
 ]
 Output = Annotated[Path, option("--output", "-o", value="FILE.skops", text="The model goes here.")]
 Kind = Annotated[str, option("--model", value="boosting|linear", text="Gradient boosting, or the linear baseline.")]
-Seed = Annotated[int, option("--seed", value="N", text="Of the machines' noise and of the classifier.")]
 Iterations = Annotated[int, option("--iterations", value="N", text="Trees a fault; 60 when left out.")]
-NoNoise = Annotated[bool, option("--no-machine-noise", text="Leave the noise of real machines away.")]
 Features = Annotated[
     Path | None, option("--features", value="FILE.parquet", text="Write the table of features too; train takes it.")
 ]
-Jobs = Annotated[int | None, option("--jobs", value="N", text="Processes; one for every core when left out.")]
 AsJson = Annotated[bool, option("--json", text="Print the model's card as JSON.")]
 Force = Annotated[bool, option("--force", text="Replace an earlier model or table of features.")]
 
@@ -53,15 +45,13 @@ def train(
 ) -> None:
     """Train a classifier of faults on simulated machines, and judge it on machines that it did not see."""
     from .learning.feature_file import FeatureFileError, write_features
-    from .learning.model_file import ModelFileError, check_model_place, save_model
+    from .learning.model_file import ModelFileError, save_model
     from .learning.sources import rows_to_learn
     from .learning.training import train as fit
 
-    try:
-        _check(seed, iterations, jobs)
-        check_model_place(output, force=force)
-        if features is not None and features.exists() and not force:
-            raise FeatureFileError(f"{features} exists already. Choose another name, or allow overwriting (--force).")
+    with exit_codes(ModelFileError, FeatureFileError):
+        check_whole_numbers(seed=(seed, 0), iterations=(iterations, 1), jobs=(jobs, 1))
+        _check_places(output, features, force=force)
         with measuring("features") as tell:
             table, origin = rows_to_learn(
                 store, seed=seed, workers=jobs or cores(), noise=not no_machine_noise, tell=tell
@@ -70,51 +60,21 @@ def train(
             write_features(table, features, origin, force=force)
         made = fit(table, origin=origin, model=model, seed=seed, iterations=iterations)
         save_model(made, output, force=force)
-    except (ModelFileError, FeatureFileError) as problem:
-        raise leave(problem, _OUTPUT_FAILED) from None
-    except InvalidValueError as problem:
-        raise leave(problem, _USAGE) from None
-    except RotorwiseError as problem:
-        raise leave(problem, _FAILED) from None
     if as_json:
         print(json.dumps(made.card, indent=2))
         return
     _show(made, output, features)
 
 
-def _check(seed: int, iterations: int, jobs: int | None) -> None:
-    for name, value, least in (("--seed", seed, 0), ("--iterations", iterations, 1), ("--jobs", jobs or 1, 1)):
-        if value < least:
-            raise InvalidValueError(f"{name} {value}; allowed: {least} or more. Correct it.")
+def _check_places(output: Path, features: Path | None, *, force: bool) -> None:
+    from .learning import feature_file, model_file
 
-
-def cores() -> int:
-    """Return how many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def leave(problem: Exception, code: int) -> typer.Exit:
-    """Return an exit after the message was printed."""
-    typer.echo(f"rotorwise: {problem}", err=True)
-    return typer.Exit(code)
-
-
-@contextmanager
-def measuring(what: str) -> Iterator[Callable[[int, int], None]]:
-    """Give what shows the progress: a bar on a terminal, else a line at every tenth."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=None)
-
-        def tell(done: int, total: int) -> None:
-            bar.update(task, completed=done, total=total)
-            if not bar.console.is_terminal and (done * 10) // total != ((done - 1) * 10) // total:
-                print(f"rotorwise: {what} {done} of {total}", file=sys.stderr, flush=True)
-
-        yield tell
+    model_file.check_place(output, force=force)
+    if features is None:
+        return
+    feature_file.check_place(features, force=force)
+    if features.resolve() == output.resolve():
+        raise InvalidValueError(f"--features {features} is the model's own file; allowed: another one. Correct it.")
 
 
 def _show(made: Model, output: Path, features: Path | None) -> None:

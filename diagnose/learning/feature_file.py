@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from ...simulators.errors import RotorwiseError
+from .. import output_file
+from ..output_file import OutputKind
 from .feature_table import FeatureTable
 
 FORMAT = 1
@@ -57,21 +59,12 @@ def write_features(table: FeatureTable, path: str | Path, origin: Mapping[str, A
     FeatureFileError
         When the file exists and ``force`` is not set, is none of ours, or the place cannot be written to.
     """
-    target = Path(path).resolve()
-    if target.exists():
-        if not force:
-            raise FeatureFileError(f"{path} exists already. Choose another name, or allow overwriting (--force).")
-        read_features(target)
-    draft = target.with_name(f".{target.name}.part")
-    try:
-        draft.write_bytes(features_bytes(table, origin))
-        draft.replace(target)
-    except OSError as problem:
-        raise FeatureFileError(
-            f"{path} cannot be written: {problem.strerror or problem}. Choose another place."
-        ) from None
-    finally:
-        draft.unlink(missing_ok=True)
+    output_file.write_checked(Path(path), features_bytes(table, origin), KIND, force=force)
+
+
+def check_place(target: Path, *, force: bool) -> None:
+    """Raise FeatureFileError where a feature file cannot go."""
+    output_file.check_place(target, KIND, force=force)
 
 
 def read_features(source: Path | bytes) -> tuple[FeatureTable, dict[str, Any]]:
@@ -110,3 +103,22 @@ def _column(values: list[Any]) -> np.ndarray:
     if any(isinstance(value, str) for value in values):
         return np.array(["" if value is None else value for value in values])
     return np.array([np.nan if value is None else value for value in values])
+
+
+def _is_feature_file(path: Path) -> bool:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        return _KEY in (pq.read_schema(path).metadata or {})
+    except pa.ArrowException:
+        return False
+
+
+KIND = OutputKind(
+    name="feature file",
+    content="feature file of rotorwise",
+    example="features.parquet",
+    is_ours=_is_feature_file,
+    error=FeatureFileError,
+)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ...simulators.errors import RotorwiseError
+from ..output_file import OutputKind, check_place, write_checked
 from ..result import Analysis
 from .page import render_report
 
@@ -44,50 +45,19 @@ def write_report(
     InvalidValueError, MissingAssetError
         See ``render_report``.
     """
-    # A link is followed, so that it stays a link.
-    target = Path(path).resolve()
-    check_free(target, force=force)
-    page = render_report(analyses, title=title)
-    draft = target.with_name(f".{target.name}.{os.getpid()}.part")
-    try:
-        draft.write_text(page, encoding="utf-8", newline="\n")
-        # Rendering may have taken a while; somebody else's report of the meantime is not to be lost either.
-        check_free(target, force=force)
-        draft.replace(target)
-    except OSError as problem:
-        raise ReportFileError(
-            f"Report {target} cannot be written: {problem.strerror or problem}. Choose another place."
-        ) from problem
-    finally:
-        draft.unlink(missing_ok=True)
+    check_free(Path(path), force=force)
+    write_checked(Path(path), render_report(analyses, title=title).encode(), _KIND, force=force)
 
 
 def check_free(target: Path, *, force: bool) -> None:
     """Raise ReportFileError when a report cannot go here: a folder, a missing folder, or an existing file."""
-    try:
-        exists = target.exists()
-    except OSError as problem:
-        raise ReportFileError(f"Report {target}: {problem.strerror or problem}. Choose another name.") from problem
-    if target.is_dir():
-        raise ReportFileError(
-            f"Report {target} is a folder; allowed: a file. Add a file name, for example report.html."
-        )
-    if not target.parent.is_dir():
-        raise ReportFileError(f"Folder {target.parent} of report {target.name} does not exist. Make it first.")
-    if exists and not target.is_file():
-        raise ReportFileError(f"Report {target} is no regular file. Choose another name.")
-    if exists and not force:
-        raise ReportFileError(f"Report {target} exists already. Choose another name, or allow overwriting (--force).")
-    if exists and not _is_page(target):
-        raise ReportFileError(
-            f"{target} exists and is no HTML page: a report never replaces other data. Choose another name."
-        )
+    check_place(target, _KIND, force=force)
 
 
 def _is_page(target: Path) -> bool:
-    try:
-        with target.open("rb") as file:
-            head = file.read(512)
-    except OSError:
-        return False
+    with target.open("rb") as file:
+        head = file.read(512)
     return head.lstrip().lower().startswith((b"<!doctype html", b"<html"))
+
+
+_KIND = OutputKind(name="report", content="HTML page", example="report.html", is_ours=_is_page, error=ReportFileError)

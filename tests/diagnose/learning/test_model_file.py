@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from rotorwise.diagnose.learning import default_model as shipped
 from rotorwise.diagnose.learning import model_file
+from rotorwise.diagnose.learning.archive import digest
 from rotorwise.diagnose.learning.combination import Weights, fit_weights, log_odds
 from rotorwise.diagnose.learning.evaluation import Judged, scores
 from rotorwise.diagnose.learning.feature_file import FeatureFileError, features_bytes, read_features, write_features
@@ -90,8 +91,8 @@ def test_changed_foreign_and_damaged_files_are_refused(model, tmp_path, monkeypa
         return part.replace(old, new).replace(b"rotorwise.diagnose.learning.novelty", b"os")
 
     forged = io.BytesIO(_rewritten(content, hostile))
-    with zipfile.ZipFile(forged, "a") as archive:
-        archive.comment = b"rotorwise model " + model_file._digest(archive).encode()
+    with zipfile.ZipFile(forged, "a") as file:
+        file.comment = b"rotorwise model " + digest(file).encode()
     with pytest.raises(ModelFileError, match=r"os\.system"):
         model_from_bytes(forged.getvalue(), name="x")
 
