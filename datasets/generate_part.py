@@ -160,7 +160,8 @@ def _motions(runs: Sequence[Drawn]) -> list[Simulation | str]:
     try:
         # An unstable machine leaves the number range on the way; `measured` looks at what it leaves.
         with np.errstate(over="ignore", invalid="ignore"):
-            return list(simulate_raw(cases, duration_s=own.records * own.samples / own.rate_hz, rate_hz=own.rate_hz))
+            duration = own.records * own.samples / own.rate_hz
+            return list(simulate_raw(cases, duration_s=duration, rate_hz=own.rate_hz, probes=own.probes))
     except (RotorwiseError, np.linalg.LinAlgError) as problem:
         if len(runs) == 1:
             return [str(problem)]

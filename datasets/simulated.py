@@ -104,7 +104,7 @@ def record_machine(
     _check_length(duration_s, rate_hz, len(machine.bare_assembly().probes))
     # An unstable machine leaves the number range on the way; `measured` looks at what it leaves.
     with np.errstate(over="ignore", invalid="ignore"):
-        raw = simulate_raw([(machine, profile)], duration_s=duration_s, rate_hz=rate_hz, **options)[0]
+        raw = simulate_raw([(machine, profile)], duration_s=duration_s, rate_hz=rate_hz, probes=probes, **options)[0]
     samples = math.floor(duration_s * rate_hz + 1e-9)
     signals, channels = measured(raw, machine, kept, rate_hz=rate_hz, samples=samples, chain=chain, seed=seed)
     errors = {} if raw.errors is None else dict(zip((p.name for p in raw.probes), raw.errors.tolist(), strict=True))

@@ -6,7 +6,7 @@ import functools
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -76,6 +76,21 @@ class System:
     def states(self) -> int:
         """Number of states."""
         return self.core.shape[0]
+
+    def with_probes(self, names: Sequence[str]) -> System:
+        """Return the system with these probes and those that have a limit, in the order of the machine."""
+        known = [probe.name for probe in self.probes]
+        for name in names:
+            if name not in known:
+                raise InvalidValueError(f"No probe {name!r}; allowed: {', '.join(known)}. Correct the name.")
+        kept = [i for i, probe in enumerate(self.probes) if probe.name in names or probe.limit is not None]
+        return replace(
+            self,
+            probe_rows=self.probe_rows[kept],
+            probe_columns=self.probe_columns[kept],
+            probes=tuple(self.probes[i] for i in kept),
+            probe_directions=self.probe_directions[kept],
+        )
 
     def row(self, direction: Direction, *, velocity: bool = False) -> np.ndarray:
         """Return the row over the states that reads a displacement or velocity."""

@@ -176,6 +176,7 @@ def simulate_motion(
     threads: int = 1,
     modal: bool = True,
     highest_hz: float | None = None,
+    probes: Sequence[str] = (),
 ) -> list[Simulation]:
     """Return the motion at the probes of several machines, without effects on speed and recording.
 
@@ -199,16 +200,18 @@ def simulate_motion(
     highest_hz : float, optional
         Leave out modes above this frequency. Nothing replaces what they carry statically: the 1X acceleration of a
         housing falls by 40 % with half of its modes left out. Raise it until the lines of interest stay.
+    probes : sequence of str
+        Names of the probes to record; all when empty. Those with a limit are recorded in any case.
 
     Raises
     ------
     InvalidValueError
-        For a rate, duration or step that is not allowed.
+        For a rate, duration, step or probe that is not allowed.
     SimulationError
         When the motion grows without bound.
     """
     _check(duration_s, rate_hz, threads, len(cases))
-    prepared = [_prepare(machine, speed) for machine, speed in cases]
+    prepared = [_prepare(machine, speed, probes) for machine, speed in cases]
     results: list[Simulation | None] = [None] * len(cases)
     contacts = [contact_step_s(system) for system, _ in prepared]
     wanted = [_step(machine, rate_hz, step_s) for machine, _ in cases]
@@ -300,9 +303,10 @@ def _check(duration_s: float, rate_hz: float, threads: int, cases: int) -> None:
         raise InvalidValueError("No case to simulate; allowed: one or more pairs of machine and speed. Give one.")
 
 
-def _prepare(machine: Machine, speed: float | SpeedProfile) -> tuple[System, SpeedProfile]:
+def _prepare(machine: Machine, speed: float | SpeedProfile, probes: Sequence[str]) -> tuple[System, SpeedProfile]:
     profile = as_profile(speed)
-    return machine.system(speed_rpm=profile), profile
+    system = machine.system(speed_rpm=profile)
+    return system.with_probes(probes) if probes else system, profile
 
 
 def _groups(prepared: list[tuple[System, SpeedProfile]], steps: list[int]) -> list[list[int]]:

@@ -148,7 +148,7 @@ def run_group(
     decimate = Decimator(factor)
     wanted = before + 2 * margin + (samples - 1) * factor + 1
     shape = len(stepper.system.probes), stepper.plan.lanes
-    signals = np.full((shape[1], shape[0], samples), np.nan)
+    signals = np.empty((shape[1], shape[0], samples))
     done = 0
     while stepper.done < wanted:
         record = stepper.advance(min(stepper.block, wanted - stepper.done))
@@ -158,6 +158,7 @@ def run_group(
         done += part.shape[0]
         if not np.all(np.isfinite(stepper.states)):
             break
+    signals[:, :, done:] = np.nan
     return list(signals)
 
 

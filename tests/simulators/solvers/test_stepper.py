@@ -158,6 +158,20 @@ def test_lanes_whose_parameters_mean_something_else_stay_apart():
         assert np.array_equal(machine.simulate(speed_rpm=1800.0, **options).signals, result.signals)
 
 
+def test_fewer_probes_change_no_bits_and_limits_stay_watched():
+    machine = find_machine("gearbox").with_effects(ToothCrack())
+    options = {"speed_rpm": 1800.0, "duration_s": 0.02, "rate_hz": 20_000.0, "settle_s": 0.01}
+    whole, some = machine.simulate(**options), machine.simulate(probes=("wheel y", "bearing 1 x"), **options)
+    assert [probe.name for probe in some.probes] == ["bearing 1 x", "wheel y"]
+    assert all(np.array_equal(some.probe(p.name), whole.probe(p.name)) for p in some.probes)
+    rotor_in_magnets = find_machine("amb_rotor").simulate(
+        speed_rpm=2000.0, duration_s=0.1, rate_hz=1000.0, settle_s=0.0, probes=("path_2",)
+    )
+    assert len(rotor_in_magnets.probes) == 4
+    with pytest.raises(InvalidValueError, match=r"No probe 'nose'; allowed: accelerometer"):
+        machine.simulate(probes=("nose",), **options)
+
+
 def test_modal_coordinates_change_nothing():
     machine = rotor(parametric=900.0).with_effects(Unbalance(moment_kg_m=1e-4))
     options = {"speed_rpm": 1500.0, "duration_s": 0.2, "rate_hz": 2500.0}
