@@ -14,14 +14,16 @@ from rotorwise.datasets import recipes
 from rotorwise.datasets.generate import Progress
 from rotorwise.diagnose.dataset_show import duration, pace
 
+from .command import run
+
 SMALL = Path(__file__).parents[1] / "datasets" / "recipe_small.toml"
 
 
 def rotorwise(*words: object) -> subprocess.CompletedProcess[str]:
     """Run the command in a process of its own."""
     environment = {**os.environ, "COLUMNS": "100", "OPENBLAS_NUM_THREADS": "1"}
-    run = [sys.executable, "-c", "from rotorwise.diagnose.cli import main; main()", *map(str, words)]
-    return subprocess.run(run, capture_output=True, text=True, timeout=200, check=False, env=environment)
+    command = [sys.executable, "-c", "from rotorwise.diagnose.cli import main; main()", *map(str, words)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=200, check=False, env=environment)
 
 
 def test_build_goes_on_and_info_tells(tmp_path: Path) -> None:
@@ -47,12 +49,12 @@ def test_build_goes_on_and_info_tells(tmp_path: Path) -> None:
 
 
 def test_recipes_are_listed() -> None:
-    told = rotorwise("dataset", "recipes")
+    told = run("dataset", "recipes", environment={"COLUMNS": "100"})
     assert told.returncode == 0
     wanted = {path.stem for path in Path(recipes.__path__[0]).glob("*.toml")}
     assert {"amb_thresholds", "gearbox_faults", "misalignment_load_speed", "test_rig_faults", "tiny"} <= wanted
     assert wanted <= set(told.stdout.split())
-    found = json.loads(rotorwise("dataset", "recipes", "--json").stdout)
+    found = json.loads(run("dataset", "recipes", "--json").stdout)
     assert wanted == {one["name"] for one in found}
     assert all(one["signals"] > 0 and one["machines"] for one in found)
 
@@ -72,7 +74,7 @@ def test_mistakes_are_one_line_and_a_code(tmp_path: Path) -> None:
         (("info", tmp_path / "mine"), 4, "holds no dataset"),
     ]
     for words, code, text in cases:
-        done = rotorwise("dataset", *words)
+        done = run("dataset", *words, environment={"COLUMNS": "100"})
         assert (done.returncode, done.stdout) == (code, ""), done.stderr
         assert text in done.stderr
         assert len(done.stderr.strip().splitlines()) == 1, done.stderr

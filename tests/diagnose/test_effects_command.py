@@ -1,27 +1,18 @@
 """``rotorwise effects``: the whole catalogue in one screen, everything about one effect, JSON, wrong names."""
 
 import json
-import subprocess
-import sys
 
 import pytest
 from rotorwise.simulators.effect import effect_catalogue
 from rotorwise.simulators.machine import machine_catalogue
 
+from . import command
+
 CATALOGUE = effect_catalogue()
 
 
 def run(*arguments, width=80):
-    code = "import sys; from rotorwise.diagnose.cli import main; main()"
-    return subprocess.run(
-        [sys.executable, "-c", code, "effects", *arguments],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-        cwd="/",
-        env={"COLUMNS": str(width), "PATH": "/usr/bin:/bin"},
-    )
+    return command.run("effects", *arguments, environment={"COLUMNS": str(width)})
 
 
 def test_list_has_one_row_an_effect():

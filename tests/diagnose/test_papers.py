@@ -7,8 +7,6 @@ import json
 import math
 import re
 import stat
-import subprocess
-import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -25,7 +23,8 @@ from rotorwise.simulators.machine import find_machine
 from rotorwise.simulators.papers.claim import VERDICTS, Claim, paper_modules
 from rotorwise.simulators.solvers.harmonic_balance import harmonic_balance
 
-COMMAND = Path(sys.executable).with_name("rotorwise")
+from .command import Done, run
+
 CLAIMS = [
     Claim("000", "Fig 1", "1X | 2X <b>", "f_r1 *absent*", "2X -> 3 um, see [1]", "", "partly"),
     Claim("000", "Fig 2", "Nothing.", "", "x" * 200, "with `it`", "reproduced"),
@@ -34,9 +33,8 @@ CLAIMS = [
 MARKED = f"before\n{papers_files.BEGIN}\nold\n{papers_files.END}\nafter\n"
 
 
-def rotorwise(*arguments: object) -> subprocess.CompletedProcess[str]:
-    words = [str(COMMAND), "papers", *map(str, arguments)]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=200, check=False)
+def rotorwise(*arguments: object) -> Done:
+    done = run("papers", *arguments)
     assert "Traceback" not in done.stderr + done.stdout, done.stderr
     return done
 
@@ -205,7 +203,7 @@ def test_refusals_come_before_the_work(tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[subprocess.CompletedProcess[str], Path]:
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Done, Path]:
     folder = tmp_path_factory.mktemp("papers")
     arguments = ("--report", folder / "page.html", "--table", folder / "table.md")
     return rotorwise("2", "--json", *arguments), folder

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -21,13 +19,13 @@ from rotorwise.simulators.errors import InvalidValueError
 from rotorwise.simulators.machine import find_machine, machine_from_toml
 from rotorwise.simulators.speed_profile import SpeedProfile, ramp
 
-COMMAND = Path(sys.executable).with_name("rotorwise")
+from .command import Done, run
+
 SHORT = ("--speed", 3000, "--duration", 0.5, "--rate", 2000)
 
 
-def rotorwise(*arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    words = [str(COMMAND), *map(str, arguments)]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=200, check=False, cwd=cwd)
+def rotorwise(*arguments: object, cwd: Path | None = None) -> Done:
+    done = run(*arguments, cwd=cwd)
     assert "Traceback" not in done.stderr + done.stdout, done.stderr
     return done
 
@@ -281,7 +279,7 @@ def test_numbers_that_are_none_are_repeated_with_what_to_write(tmp_path: Path) -
 
 
 def test_force_replaces_recordings_of_this_name_and_nothing_else(tmp_path: Path) -> None:
-    def record(name: str, words: str = "") -> subprocess.CompletedProcess[str]:
+    def record(name: str, words: str = "") -> Done:
         done = rotorwise("simulate", "amb_rotor", *SHORT, "-o", tmp_path / name, "--force")
         assert words in done.stderr, done.stderr
         return done

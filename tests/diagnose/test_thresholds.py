@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import math
 import re
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -22,13 +20,13 @@ from rotorwise.simulators.machine import Machine, find_machine
 from rotorwise.simulators.solvers.harmonic_balance import harmonic_balance
 from rotorwise.simulators.threshold_map import threshold_map
 
-COMMAND = Path(sys.executable).with_name("rotorwise")
+from .command import Done, run
+
 OFFSETS, ANGLES = np.array([0.0, 3e-4, 1e-3]), np.array([0.0, 0.004, 0.02])
 
 
-def rotorwise(*arguments: object) -> subprocess.CompletedProcess[str]:
-    words = [str(COMMAND), "thresholds", *map(str, arguments)]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=100, check=False)
+def rotorwise(*arguments: object) -> Done:
+    done = run("thresholds", *arguments)
     assert "Traceback" not in done.stderr + done.stdout, done.stderr
     return done
 

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,18 +20,17 @@ from rotorwise.simulators.effects.unbalance import Unbalance
 from rotorwise.simulators.machine import find_machine, machine_from_toml
 from rotorwise.simulators.sensor_chain import SensorChain
 
+from ..command import Done, run
 from .made_results import made
 
-COMMAND = Path(sys.executable).with_name("rotorwise")
 ROTOR = find_machine("amb_rotor")
 MOMENT, ANGLE = 2e-4, 0.7
 #: A search over one effect, against nothing and something unknown, takes seconds.
 FEW = [word for name in effect_catalogue() if name != "unbalance" for word in ("--without", name)]
 
 
-def rotorwise(*arguments: object) -> subprocess.CompletedProcess[str]:
-    words = [str(COMMAND), "gap", *map(str, arguments)]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=200, check=False)
+def rotorwise(*arguments: object) -> Done:
+    done = run("gap", *arguments)
     assert "Traceback" not in done.stderr + done.stdout, done.stderr
     return done
 
@@ -54,7 +50,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def answered(folder: Path) -> tuple[subprocess.CompletedProcess[str], Path]:
+def answered(folder: Path) -> tuple[Done, Path]:
     out = folder / "out"
     out.mkdir()
     outputs = ("--report", out / "gap.html", "-o", out / "extended.toml", "--json")
@@ -78,18 +74,8 @@ def test_the_hidden_unbalance_is_found_from_the_files(answered: tuple[Any, Path]
 def test_the_extended_machine_simulates_the_measured_motion(answered: tuple[Any, Path], folder: Path) -> None:
     _, out = answered
     made_again = out / "again.npz"
-    done = subprocess.run(
-        [
-            str(COMMAND),
-            "simulate",
-            str(out / "extended.toml"),
-            *("--speed", "3300", "--duration", "2", "--rate", "2000", "-o", str(made_again)),
-        ],
-        capture_output=True,
-        text=True,
-        timeout=100,
-        check=False,
-    )
+    recorded = ("--speed", 3300, "--duration", 2, "--rate", 2000, "-o", made_again)
+    done = run("simulate", out / "extended.toml", *recorded)
     assert done.returncode == 0, done.stderr
     levels = []
     for path in (made_again, folder / "3300.npz"):
@@ -113,18 +99,11 @@ def test_json_goes_to_stdout_and_files_are_told_on_stderr(answered: tuple[Any, P
 # ---- the command around a made answer ----
 
 
-@dataclass(frozen=True)
-class Done:
-    code: int
-    stdout: str
-    stderr: str
-
-
 @pytest.fixture
 def answer(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
     """Return a function that runs the command in this process with a made result, or an error, as the answer."""
 
-    def run(result: Any, *arguments: object) -> Done:
+    def made_answer(result: Any, *arguments: object) -> Done:
         def explained(campaign: Any, machine: Any, **options: Any) -> Any:
             options["tell"]("searching")
             if isinstance(result, BaseException):
@@ -133,9 +112,9 @@ def answer(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) 
 
         monkeypatch.setattr(explain, "explain_gap", explained)
         code = app(["gap", *map(str, arguments)], standalone_mode=False)
-        return Done(code or 0, *capsys.readouterr())
+        return Done(arguments, code or 0, *capsys.readouterr())
 
-    return run
+    return made_answer
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -144,7 +123,7 @@ def test_every_kind_of_answer_is_shown_and_written(
 ) -> None:
     outputs = ("--report", tmp_path / "a.html", "-o", tmp_path / "a.toml")
     done = answer(made(kind), folder, "--machine", "amb_rotor", *outputs)
-    assert done.code == 0, done.stderr
+    assert done.returncode == 0, done.stderr
     assert f"report: {tmp_path / 'a.html'}" in " ".join(done.stdout.splitlines())
     assert machine_from_toml(tmp_path / "a.toml") == made(kind).extended
     assert "<h1" in (tmp_path / "a.html").read_text(encoding="utf-8")
@@ -162,7 +141,7 @@ def test_an_engine_that_fails_gives_a_message(
     answer: Callable[..., Done], folder: Path, problem: Exception, code: int, words: str
 ) -> None:
     done = answer(problem, folder, "--machine", "amb_rotor")
-    assert done.code == code
+    assert done.returncode == code
     assert words in done.stderr
     assert done.stdout == ""
 
@@ -171,7 +150,7 @@ def test_an_unreadable_file_does_not_cost_the_answer(answer: Callable[..., Done]
     broken = tmp_path / "broken.npz"
     broken.write_bytes(b"PK\x03\x04 cut")
     done = answer(made("none"), folder, broken, "--machine", "amb_rotor")
-    assert done.code == 3
+    assert done.returncode == 3
     assert "broken.npz" in done.stderr
     assert "The model explains the data" in " ".join(done.stdout.split())
 
@@ -198,7 +177,7 @@ def test_refusals_come_before_the_work(answer: Callable[..., Done], folder: Path
         ((folder, *rotor, "-o", folder / "1500.toml", "--force"), 4, "sidecar"),
     ):
         done = answer(AssertionError("asked"), *arguments)
-        assert (done.code, done.stdout) == (code, ""), (arguments, done.stderr)
+        assert (done.returncode, done.stdout) == (code, ""), (arguments, done.stderr)
         assert words in done.stderr
     assert (page.read_text(), mine.read_text()) == ("<!DOCTYPE html>mine", ROTOR.to_toml())
 

@@ -3,8 +3,6 @@
 import json
 import pickle
 import shutil
-import subprocess
-import sys
 import zipfile
 from pathlib import Path
 
@@ -19,12 +17,13 @@ from rotorwise.diagnose.learning.severity.model_file import (
     save_model,
 )
 
+from ..command import Done, run
+
 RECIPE = Path(__file__).parent / "recipe_small.toml"
 
 
-def rotorwise(*words: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", "from rotorwise.diagnose.cli import main; main()", *map(str, words)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=200, check=False, cwd=cwd or "/")
+def rotorwise(*words: object, cwd: Path | None = None) -> Done:
+    return run(*words, cwd=cwd)
 
 
 @pytest.fixture(scope="module")
