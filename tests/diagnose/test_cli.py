@@ -1,4 +1,4 @@
-"""The command as a user meets it: separate process, exit codes, output, files."""
+"""The command as a user meets it: exit codes, output, files; as installed, in a process of its own, where marked."""
 
 from __future__ import annotations
 
@@ -11,13 +11,21 @@ import numpy as np
 import pytest
 from rotorwise.datasets.write import write_csv
 
+from .command import Done, run
 from .conftest import Make
 
 COMMAND = Path(sys.executable).with_name("rotorwise")
 
 
-def rotorwise(*arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+def rotorwise(*arguments: object, cwd: Path | None = None) -> Done:
     """Run the command and return what it said."""
+    done = run(*arguments, cwd=cwd)
+    assert "Traceback" not in done.stderr + done.stdout, done.stderr
+    return done
+
+
+def installed(*arguments: object, cwd: Path | None = None) -> Done:
+    """Run the installed command in a process of its own."""
     words = [str(COMMAND), *map(str, arguments)]
     done = subprocess.run(words, capture_output=True, text=True, timeout=120, cwd=cwd, check=False)
     assert "Traceback" not in done.stderr + done.stdout, done.stderr
@@ -43,7 +51,7 @@ def test_json_has_the_documented_keys(recording: Path) -> None:
 def test_json_of_a_finding(make: Make, tmp_path: Path) -> None:
     healthy = write_csv(make(seconds=3.0, seed=2), tmp_path / "healthy.csv")
     heavy = write_csv(make(seconds=3.0, lines={1: 3.0, 2: 0.1}), tmp_path / "heavy.csv")
-    done = rotorwise("analyse", heavy, "--baseline", healthy, "--speed", 1480, "--json")
+    done = installed("analyse", heavy, "--baseline", healthy, "--speed", 1480, "--json")
     (answer,) = json.loads(done.stdout)
     finding = answer["findings"][0]
     assert finding["fault"] == "unbalance"
@@ -134,14 +142,14 @@ def test_sidecar_beside_the_file_is_used(make: Make, tmp_path: Path) -> None:
 
 def test_demo_of_analyse_writes_its_report_and_refuses_a_second_time(tmp_path: Path) -> None:
     folder = tmp_path / "demo"
-    done = rotorwise("demo", "--analyse", "--output", folder)
+    done = installed("demo", "--analyse", "--output", folder)
     assert done.returncode == 0
     for fault in ("unbalance", "bearing_outer_race", "bearing_inner_race"):
         assert fault in done.stdout
     assert (folder / "report.html").stat().st_size > 1e6
-    assert rotorwise("demo", "--analyse", "--output", folder).returncode != 0
+    assert installed("demo", "--analyse", "--output", folder).returncode != 0
 
 
 def test_version_and_help() -> None:
-    assert rotorwise("--version").stdout.strip()[0].isdigit()
-    assert "--baseline" in rotorwise("analyse", "--help").stdout
+    assert installed("--version").stdout.strip()[0].isdigit()
+    assert "--baseline" in installed("analyse", "--help").stdout
