@@ -1,0 +1,206 @@
+"""What an extended model is worth to a classifier: python tests/measured/extension_gain.py [--draws 16] [--write].
+
+Three classifiers learn the same recipe with the same seeds from three machines: the Analog Devices bench as given, as
+calibrated by the model-gap engine on the healthy recordings at 1200 and 2400 rpm, and as extended by it from those and
+the heaviest imbalance class at the same speeds. They are judged on recordings that the engine did not see: the other
+imbalance classes, every class at 1800 rpm, and the benches of CWRU and MFPT. No classifier learns from a measured
+recording; the label of the campaign (unbalance) is the one label used. Splits go by recording.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rotorwise.diagnose.learning.changes import model_feature_names
+from rotorwise.diagnose.learning.fault_classifier import FaultClassifier
+from rotorwise.diagnose.learning.feature_table import FeatureTable
+from rotorwise.diagnose.learning.learning_set import learnable, learning_set
+from rotorwise.diagnose.learning.training import UNKNOWN_BELOW
+from rotorwise.simulators.effects.empirical_force import EmpiricalForce
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from cases import DATA
+from extension_machines import SEEN_CLASS, SEEN_SPEEDS, Machines, machines
+from extension_rows import table_of_machine, with_forces
+from learning_table import Seen, seen
+
+README = Path(__file__).resolve().parents[2] / "diagnose" / "learning" / "README.md"
+MARKS = ("<!-- extension table -->", "<!-- end of extension table -->")
+WAYS = ("given", "calibrated", "extended")
+#: Recordings and draws of the machine are resampled so often.
+RESAMPLED = 2000
+
+
+@dataclass(frozen=True, eq=False)
+class Answers:
+    """A classifier's answers to the judged recordings.
+
+    Attributes
+    ----------
+    right : array of bool (recordings,)
+        The truth is the likeliest; for a sound machine and a fault that does not show: nothing or the truth is named.
+    stated : array (recordings,)
+        Probability given to the truth ("healthy" where a fault does not show).
+    known : array of bool (recordings,)
+        Like the training.
+    """
+
+    right: np.ndarray
+    stated: np.ndarray
+    known: np.ndarray
+
+
+def was_seen(one: Seen) -> bool:
+    """Return whether the engine saw a recording."""
+    healthy = [f"ADI {speed} healthy" for speed in SEEN_SPEEDS]
+    return one.case.name in (*healthy, *(f"ADI {speed} imbalance {SEEN_CLASS}" for speed in SEEN_SPEEDS))
+
+
+def kinds(recordings: Sequence[Seen]) -> dict[str, np.ndarray]:
+    """Return which recordings belong to each row of the table."""
+    truth, visible = np.array([one.truth for one in recordings]), np.array([one.visible for one in recordings])
+    bench = np.array([one.case.name.startswith("ADI") for one in recordings])
+    fast = np.array(["1800" in one.case.name for one in recordings])
+    bearing = visible & np.char.startswith(truth, "bearing")
+    sound = (truth == "healthy") | ~visible
+    return {
+        "unbalance at 1800 rpm, right": (truth == "unbalance") & fast,
+        "unbalance, lighter classes at 1200 and 2400 rpm, right": (truth == "unbalance") & ~fast,
+        "bearing faults that show, this bench, right": bearing & bench,
+        "bearing faults that show, other benches, right": bearing & ~bench,
+        "sound or not visible, nothing wrong named": sound,
+    }
+
+
+def fitted(table: FeatureTable, model: str) -> FaultClassifier:
+    """Return a classifier that learned all rows of a table, each alone and against a sound record."""
+    rows = learnable(learning_set(table, seed=0))
+    return FaultClassifier(model=model).fit(rows.values, rows.labels, groups=rows.groups)
+
+
+def answered(classifier: FaultClassifier, recordings: Sequence[Seen]) -> Answers:
+    """Return a classifier's answers."""
+    values = np.array([one.values for one in recordings])
+    probability, names = classifier.predict_proba(values), classifier.classes_.tolist()
+    answer = classifier.predict(values)
+    truth = np.array([one.truth for one in recordings])
+    sound = np.array([one.truth == "healthy" or not one.visible for one in recordings])
+    wanted = np.where(sound, "healthy", truth)
+    stated = [row[names.index(name)] if name in names else 0.0 for row, name in zip(probability, wanted, strict=True)]
+    return Answers(
+        (answer == truth) | (sound & (answer == "healthy")),
+        np.array(stated),
+        classifier.novelty_p_value(values) >= UNKNOWN_BELOW,
+    )
+
+
+def wilson(right: int, count: int, *, z: float = 1.96) -> tuple[float, float]:
+    """Return the 95 % interval of a share (E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209-212).
+
+    Examples
+    --------
+    >>> tuple(round(end, 3) for end in wilson(8, 10))
+    (0.49, 0.943)
+    """
+    middle = (right + z * z / 2) / (count + z * z)
+    half = z / (count + z * z) * math.sqrt(right * (count - right) / count + z * z / 4)
+    return middle - half, middle + half
+
+
+def gained(before: np.ndarray, after: np.ndarray, *, seed: int = 0) -> tuple[float, float, float]:
+    """Return the mean of after - before over recordings and its 95 % interval, recordings resampled in pairs."""
+    change = after.astype(float) - before.astype(float)
+    stream = np.random.default_rng(seed)
+    means = change[stream.integers(change.size, size=(RESAMPLED, change.size))].mean(axis=1)
+    low, high = np.quantile(means, (0.025, 0.975))
+    return float(change.mean()), float(low), float(high)
+
+
+def halves(table: FeatureTable, recordings: Sequence[Seen], model: str, *, times: int, seed: int) -> list[Answers]:
+    """Return answers of classifiers that learned half of the machine draws, which half drawn anew."""
+    draws = np.unique(table.groups)
+    found = []
+    for number in range(times):
+        chosen = np.random.default_rng([seed, number]).permutation(draws)[: draws.size // 2]
+        found.append(answered(fitted(table.where(np.isin(table.groups, chosen)), model), recordings))
+    return found
+
+
+def tables(found: Machines, *, draws: int, seed: int) -> dict[str, FeatureTable]:
+    """Return what is learned from each machine; where the engine added no force, the last two are the same."""
+    options = {"draws": draws, "seed": seed}
+    given, calibrated = (table_of_machine(one, **options) for one in (found.given, found.calibrated))
+    forces = [one for one in found.extended.effects if isinstance(one, EmpiricalForce)]
+    extended = with_forces(calibrated, found.calibrated, forces, **options) if forces else calibrated
+    return {"given": given, "calibrated": calibrated, "extended": extended}
+
+
+def markdown(whole: dict[str, Answers], parts: dict[str, list[Answers]], recordings: Sequence[Seen]) -> str:
+    """Return the table: counts with Wilson intervals, spread over halves of the draws, and the gain in pairs."""
+    lines = ["| judged on | given | calibrated | extended | gain of the extension |", "|---|---|---|---|---|"]
+    for name, chosen in kinds(recordings).items():
+        cells = []
+        for way in WAYS:
+            right, count = int(whole[way].right[chosen].sum()), int(chosen.sum())
+            low, high = wilson(right, count)
+            spread = [int(one.right[chosen].sum()) for one in parts[way]]
+            cells.append(f"{right} of {count} ({low:.0%} to {high:.0%}); {min(spread)} to {max(spread)}")
+        mean, low, high = gained(whole["calibrated"].right[chosen], whole["extended"].right[chosen])
+        lines.append(f"| {name} | {' | '.join(cells)} | {mean:+.0%} ({low:+.0%} to {high:+.0%}) |")
+    for name, values in (("mean probability given to the truth", "stated"), ("like the training", "known")):
+        cells = [f"{getattr(whole[way], values).mean():.2f}" for way in WAYS]
+        mean, low, high = gained(getattr(whole["calibrated"], values), getattr(whole["extended"], values))
+        lines.append(f"| all: {name} | {' | '.join(cells)} | {mean:+.2f} ({low:+.2f} to {high:+.2f}) |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Compute, print, and with ``--write`` put the table into the README."""
+    asked = argparse.ArgumentParser(description=__doc__)
+    asked.add_argument("--draws", type=int, default=16, help="draws of the machine's parameters")
+    asked.add_argument("--seed", type=int, default=1)
+    asked.add_argument("--model", default="linear", help="linear or boosting")
+    asked.add_argument("--halves", type=int, default=10, help="classifiers on half of the draws, for the spread")
+    asked.add_argument("--json", type=Path, help="write every answer here")
+    asked.add_argument("--write", action="store_true")
+    given = asked.parse_args()
+    if not DATA.is_dir():
+        sys.exit(f"{DATA} is not there: the measured recordings are needed to make the table.")
+    begun = time.process_time()
+    found = machines(lambda what: print(what, file=sys.stderr, flush=True))
+    print(f"engine: {found.answer.kind}, {len(found.answer.empirical)} forces", *found.answer.remarks, sep="\n- ")
+    learned = tables(found, draws=given.draws, seed=given.seed)
+    recordings = [one for one in seen() if not was_seen(one)]
+    whole = {way: answered(fitted(learned[way], given.model), recordings) for way in WAYS}
+    parts = {way: halves(learned[way], recordings, given.model, times=given.halves, seed=given.seed) for way in WAYS}
+    made = markdown(whole, parts, recordings)
+    print(f"{len(learned['given'])} rows each, {len(recordings)} recordings, {len(model_feature_names())} features")
+    print(made)
+    print(f"{time.process_time() - begun:.0f} s of processor")
+    if given.json:
+        given.json.write_text(json.dumps(_each(whole, recordings), indent=1))
+    if given.write:
+        text = README.read_text(encoding="utf-8")
+        before, after = text[: text.index(MARKS[0])], text[text.index(MARKS[1]) :]
+        README.write_text(f"{before}{MARKS[0]}\n{made}\n{after}", encoding="utf-8")
+
+
+def _each(whole: dict[str, Answers], recordings: Sequence[Seen]) -> list[dict[str, Any]]:
+    return [
+        {"recording": one.case.name, "truth": one.truth, "visible": one.visible}
+        | {way: [bool(whole[way].right[i]), round(float(whole[way].stated[i]), 3)] for way in WAYS}
+        for i, one in enumerate(recordings)
+    ]
+
+
+if __name__ == "__main__":
+    main()
