@@ -223,7 +223,13 @@ class CompiledForce:
         """The compiled function, as numba's dispatcher."""
         import numba
 
-        options: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+        options: dict[str, Any] = {
+            "cache": True,
+            "error_model": "numpy",
+            "nogil": True,
+            "no_cfunc_wrapper": True,
+            "_nrt": False,
+        }
         with no_collecting():
             return numba.njit(force_signature(), **options)(self.py_func)
 

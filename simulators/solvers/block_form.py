@@ -115,12 +115,12 @@ def _all_modes(system: System, highest_hz: float | None) -> Iterator[Modes | Non
     """Give the modes of each group of states that the others do not touch, None where they are dependent."""
     if highest_hz is not None and not system.state_blocks:
         own = (system.mass_matrix, system.damping_matrix, system.gyroscopic_matrix, system.stiffness_matrix)
-        parts = _separate_parts(np.abs(own).sum(axis=0))
+        parts = separate_parts(np.abs(own).sum(axis=0))
         found = [low_modes(system, part, highest_hz) for part in parts if part.size >= FEW]
         if len(found) == len(parts) and all(found):
             yield from found
             return
-    for part in _separate_parts(system.core):
+    for part in separate_parts(system.core):
         eigen = np.linalg.eig(system.core[np.ix_(part, part)])
         values, vectors = eigen.eigenvalues.astype(complex), eigen.eigenvectors.astype(complex)
         left = _left_vectors(vectors)
@@ -134,7 +134,7 @@ def _all_modes(system: System, highest_hz: float | None) -> Iterator[Modes | Non
         yield Modes(part, values[keep], vectors[:, keep], left[keep])
 
 
-def _separate_parts(core: np.ndarray) -> list[np.ndarray]:
+def separate_parts(core: np.ndarray) -> list[np.ndarray]:
     """Return groups of states that do not act on each other: eigenvalues of each by itself cost far less."""
     linked = (core != 0) | (core.T != 0)
     left = np.ones(core.shape[0], dtype=bool)

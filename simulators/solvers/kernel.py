@@ -18,18 +18,17 @@ from .law_call import call_force, call_jump, call_products, clear_numbers, copy_
 
 
 @numba.njit(**INNER)
-def _evaluate_forces(plan, parameters, given, instant, own, jumping, x, u):  # type: ignore[no-untyped-def]
-    """Evaluate all interface forces, u = u(signals, C y); ``given``, ``own`` and ``jumping`` are their signals."""
+def _evaluate_forces(plan, parameters, signals, instant, jumping, x, u):  # type: ignore[no-untyped-def]
+    """Evaluate all interface forces, u = u(signals, C y); ``jumping`` are the signals of those that jump."""
     table, inputs, outputs, addresses = plan
-    lanes, stride = u.shape[1], given.shape[1] * u.shape[1]
-    for i in range(u.shape[0]):
-        copy_numbers(u, i * lanes, given, i * stride + instant * lanes, lanes)  # type: ignore[call-arg]
+    lanes, coefficients, own = u.shape[1], signals[1], signals[2][instant]
+    copy_numbers(u, 0, signals[0], instant * u.size, u.size)  # type: ignore[call-arg]
     for k in range(table.shape[0]):
         if table[k, 0] >= 0:
-            signals = jumping if table[k, 9] >= 0 else own
+            its_own = jumping if table[k, 9] >= 0 else own
             call_force(  # type: ignore[call-arg]
                 addresses[table[k, 0]],
-                rows_of(signals, table[k, 5], table[k, 6]),  # type: ignore[call-arg]
+                rows_of(its_own, table[k, 5], table[k, 6]),  # type: ignore[call-arg]
                 rows_of(parameters, table[k, 7], table[k, 8]),
                 x,
                 rows_of(inputs, table[k, 1], table[k, 2]),
@@ -42,7 +41,7 @@ def _evaluate_forces(plan, parameters, given, instant, own, jumping, x, u):  # t
         for i in range(table[k, 3], table[k, 4]):
             for j in range(table[k, 1], table[k, 2]):
                 for lane in range(lanes):
-                    u[outputs[i], lane] += given[row, instant, lane] * x[inputs[j], lane]
+                    u[outputs[i], lane] += coefficients[row, instant, lane] * x[inputs[j], lane]
                 row += 1
 
 
@@ -73,12 +72,15 @@ def _free_motion(work, flat, rows, diagonals):  # type: ignore[no-untyped-def]
 def _products(memory, work, flat, rows, program, parts, stage):  # type: ignore[no-untyped-def]
     """Do what follows from the forces of a stage, at stage 0 also what follows from the states."""
     states, motions, forces = rows[0], rows[1], rows[2]
-    stages, following, u1 = rows[6], rows[8], rows[9]
+    stages, following = rows[6], rows[8]
     if stage == 3:
-        size = forces * work.shape[1]
-        begin = u1 * work.shape[1] + size
-        for i in range(size):
-            flat[begin + size + i] += flat[begin + i]
+        # The weights of the update lie side by side: forces of one part of the machine then stay neighbours.
+        u, last, lanes = rows[9], rows[9] + 4 * forces, work.shape[1]
+        for i in range(forces):
+            for lane in range(lanes):
+                work[last + 3 * i, lane] = work[u + i, lane]
+                work[last + 3 * i + 1, lane] = work[u + forces + i, lane] + work[u + 2 * forces + i, lane]
+                work[last + 3 * i + 2, lane] = work[u + 3 * forces + i, lane]
     for part in range(stage + 1 if stage else 0, stage + 2):
         call_products(rows[10], memory, program, parts[part], parts[part + 1], work.shape[1])  # type: ignore[call-arg]
         if part == 0:
@@ -106,7 +108,7 @@ def run_block(memory, work, rows, program, parts, diagonals, plan, parameters, s
         Ten numbers for each force, see `plan.ForcePlan`; inputs; outputs; addresses of the compiled forces.
     parameters : ndarray (parameters, lanes)
     signals : tuple
-        ``given``, ``halves`` and ``jumped`` of `plan.BlockSignals`.
+        ``pushes``, ``coefficients``, ``halves`` and ``jumped`` of `plan.BlockSignals`.
     jump : tuple
         See `layout.jump_layout`.
     events, branches
@@ -118,15 +120,13 @@ def run_block(memory, work, rows, program, parts, diagonals, plan, parameters, s
     event = 0
     for step in range(record.shape[0]):
         for stage in range(4):
-            # u1, u3, u2, u4 lie in this order: the update takes u2 + u3 and u4 together. Likewise b, a, c.
-            turned = 2 if stage == 1 else (1 if stage == 2 else stage)
-            at_x = rows[5] if stage == 0 else rows[6] + (turned - 1) * motions
-            at_u = rows[9] + forces * turned
+            # The motions lie in the order b, a, c: those that e^(hL/2) y and e^(hL) y open together.
+            turned = 1 if stage == 1 else (0 if stage == 2 else 2)
+            at_x = rows[5] if stage == 0 else rows[6] + turned * motions
+            at_u = rows[9] + forces * stage
             half = (stage + 1) // 2
-            instant = 2 * step + half
-            own, jumping = signals[1][instant], signals[2][step, half]
             x, u = rows_of(work, at_x, at_x + motions), rows_of(work, at_u, at_u + forces)
-            _evaluate_forces(plan, parameters, signals[0], instant, own, jumping, x, u)
+            _evaluate_forces(plan, parameters, signals, 2 * step + half, signals[3][step, half], x, u)
             if stage == 0:
                 _free_motion(work, flat, rows, diagonals)
             _products(memory, work, flat, rows, program, parts, stage)

@@ -11,7 +11,13 @@ from ..law import no_collecting
 
 #: Sums may use fused multiply-add: the result does not depend on the number of lanes.
 MATH = {"contract"}
-OPTIONS: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+OPTIONS: dict[str, Any] = {
+    "cache": True,
+    "error_model": "numpy",
+    "nogil": True,
+    "no_cfunc_wrapper": True,
+    "_nrt": False,
+}
 #: Of a function that only compiled code calls, by its address: what Python would need is a sixth of its compiling.
 HIDDEN: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True}
 #: Parts of one function, each called at one place: put in before it is compiled, they are not compiled by themselves.
@@ -23,8 +29,8 @@ DEEP, INDEX, TABLE = numba.float64[:, :, :, ::1], numba.int64[::1], numba.int64[
 PLAN = numba.types.Tuple((TABLE, INDEX, INDEX, INDEX))
 #: Whole numbers, step and spacing, tables, room to work.
 JUMP = numba.types.Tuple((INDEX, VECTOR, DEEP, MATRIX))
-#: `plan.BlockSignals`: given, halves, jumped.
-SIGNALS = numba.types.Tuple((CUBE, CUBE, DEEP))
+#: `plan.BlockSignals`: pushes, coefficients, halves, jumped.
+SIGNALS = numba.types.Tuple((CUBE, CUBE, CUBE, DEEP))
 #: `product.add_products`: memory, program, its rows from and to, lanes.
 PRODUCTS = numba.types.void(VECTOR, TABLE, numba.int64, numba.int64, numba.int64)
 

@@ -11,6 +11,7 @@ from ..errors import InvalidValueError
 from ..system import System
 from .block_form import BlockForm
 from .plan import ForcePlan
+from .products_of_parts import pieces
 from .tables import StepTables, jump_tables
 
 #: Products work on blocks of at least so many rows; tables are filled up with zeros. Not more: tables that no longer
@@ -23,7 +24,8 @@ class Layout:
     """Work matrix and products of `kernel.run_block`.
 
     With n states, p motions, m forces and r probes the rows of the work matrix are: y (n), x (p), the motions at the
-    stages b, a and c (3 p), the probes (r), y and x after the step (n + p), and the forces u1, u3, u2, u4 (4 m).
+    stages b, a and c (3 p), the probes (r), y and x after the step (n + p), the forces u1 to u4 (4 m), and for each
+    force u1, u2 + u3 and u4 (3 m).
 
     Attributes
     ----------
@@ -36,7 +38,7 @@ class Layout:
     program : ndarray of int (products, 5)
         Of each product: places of source, its columns, place of the target, its rows, place of the matrix.
     parts : ndarray of int (6,)
-        Products of y; of u1, u2, u3 and of u2 + u3 with u4: number ``parts[i]`` up to ``parts[i + 1]``.
+        Products of y; of u1, u2, u3; of the update: number ``parts[i]`` up to ``parts[i + 1]``.
     diagonals : ndarray (3, n)
         See `kernel.run_block`; zero where e^(hL) is a product of its own.
     """
@@ -72,16 +74,14 @@ def step_layout(form: BlockForm, system: System, tables: StepTables, lanes: int)
     following = seen + r
     u1 = following + n + p
     rows = np.array([n, p, m, r, y, x, b, seen, following, u1, address_of(add_products)], dtype=np.int64)
-    u3, u2 = u1 + m, u1 + 2 * m
-    update = [np.concatenate([weights, form.motion_rows @ weights]) for weights in tables.update]
+    update = np.stack([np.concatenate([own, form.motion_rows @ own]) for own in tables.update], axis=2)
     stages = tables.stages
-    of_u1 = np.concatenate([stages[1], stages[0], stages[3], system.probe_columns, update[0]])
     groups = [
         [(y, np.concatenate([tables.half_rows, tables.full_rows, form.probe_rows]), b + p)],
-        [(u1, of_u1, b)],
-        [(u2, stages[2], b)],
-        [(u3, stages[4], b + 2 * p)],
-        [(u2, np.concatenate([update[1], update[2]], axis=1), following)],
+        [(u1, np.concatenate([stages[1], stages[0], stages[3], system.probe_columns]), b)],
+        [(u1 + m, stages[2], b)],
+        [(u1 + 2 * m, stages[4], b + 2 * p)],
+        [(u1 + 4 * m, update.reshape(n + p, 3 * m), following)],
     ]
     diagonals = np.zeros((3, n))
     if form.is_blocks:
@@ -90,21 +90,20 @@ def step_layout(form: BlockForm, system: System, tables: StepTables, lanes: int)
         diagonals[0, 1:], diagonals[2, :-1] = tables.full[index[1:], index[:-1]], tables.full[index[:-1], index[1:]]
     else:
         groups[0].append((y, tables.full, following))
-    return _filled(groups, rows, diagonals, u1 + 4 * m + 2 * ROWS, lanes)
+    return _filled(groups, rows, diagonals, u1 + 7 * m + 2 * ROWS, lanes)
 
 
 def _filled(groups: list[list[Any]], rows: np.ndarray, diagonals: np.ndarray, height: int, lanes: int) -> Layout:
     blocks, program, parts, at = [], [], [0], 0
     for group in groups:
         for source, matrix, target in group:
-            if not matrix.size:
-                continue
-            height_of_it, columns = -(-matrix.shape[0] // ROWS) * ROWS, matrix.shape[1]
-            block = np.zeros((height_of_it, columns))
-            block[: matrix.shape[0]] = matrix
-            blocks.append((block.T if lanes == 1 else block).ravel())
-            program.append((source * lanes, columns, target * lanes, height_of_it, at))
-            at += block.size
+            for start, stop, first, last in pieces(matrix, rows=ROWS, lanes=lanes):
+                height_of_it, columns = -(-(stop - start) // ROWS) * ROWS, last - first
+                block = np.zeros((height_of_it, columns))
+                block[: stop - start] = matrix[start:stop, first:last]
+                blocks.append((block.T if lanes == 1 else block).ravel())
+                program.append(((source + first) * lanes, columns, (target + start) * lanes, height_of_it, at))
+                at += block.size
         parts.append(len(program))
     memory = np.zeros(at + height * lanes)
     memory[:at] = np.concatenate([*blocks, np.zeros(0)])

@@ -44,26 +44,26 @@ def _recursion(full, first, last, path, state):  # type: ignore[no-untyped-def]
 
 
 def open_loop(form: BlockForm, system: System, plan: ForcePlan, tables: StepTables) -> OpenLoop | None:
-    """Return ``advance(given, states) -> record`` as `kernel.run_block` does it, or None when a force reads motion.
+    """Return ``advance(pushes, states) -> record`` as `kernel.run_block` does it, or None when a force reads motion.
 
-    ``given`` (forces, 2 steps + 1, lanes); ``states`` (states, lanes) is changed; record (steps, probes, lanes).
+    ``pushes`` (2 steps + 1, forces, lanes); ``states`` (states, lanes) is changed; record (steps, probes, lanes).
     """
     if plan.inputs.size or not system.is_linear or not plan.forces:
         return None
     weights = np.concatenate([tables.update[0], 2 * tables.update[1], tables.update[2]], axis=1)
 
-    def advance(given: np.ndarray, states: np.ndarray) -> np.ndarray:
-        start = given[:, 0:-1:2]
-        signals = np.concatenate([start, given[:, 1::2], given[:, 2::2]])
-        path = np.empty((start.shape[1], states.shape[0], states.shape[1]))
-        record = np.empty((start.shape[1], form.probe_rows.shape[0], states.shape[1]))
+    def advance(pushes: np.ndarray, states: np.ndarray) -> np.ndarray:
+        start = pushes[0:-1:2]
+        signals = np.concatenate([start, pushes[1::2], pushes[2::2]], axis=1)
+        path = np.empty((start.shape[0], states.shape[0], states.shape[1]))
+        record = np.empty((start.shape[0], form.probe_rows.shape[0], states.shape[1]))
         # Lane by lane: lanes then do not change a run's bits.
         for lane in range(states.shape[1]):
-            path[:, :, lane] = signals[:, :, lane].T @ weights.T
+            path[:, :, lane] = signals[:, :, lane] @ weights.T
         _recursion(tables.full, tables.first, tables.last, path, states)
         for lane in range(states.shape[1]):
             record[:, :, lane] = path[:, :, lane] @ form.probe_rows.T
-            record[:, :, lane] += start[:, :, lane].T @ system.probe_columns.T
+            record[:, :, lane] += start[:, :, lane] @ system.probe_columns.T
         return record
 
     return advance

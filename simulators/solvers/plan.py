@@ -26,9 +26,8 @@ class ForcePlan:
         The distinct ones.
     rows : ndarray of int (forces, 10)
         Kind (-1 linear, else index in ``laws``), then start and stop in inputs, outputs, signals, parameters, then the
-        number among the forces that jump, or -1. A linear law's own signals are its coefficients; before those of all
-        laws stand the forces that do not depend on the motion, summed for each column. Signals of compiled forces, and
-        of those that jump, are counted apart.
+        number among the forces that jump, or -1. A linear law's own signals are its coefficients; what does not depend
+        on the motion is summed for each column. Signals of compiled forces, and of those that jump, are counted apart.
     inputs, outputs : ndarray of int
     parameters : ndarray (parameters, lanes)
     profiles : tuple of SpeedProfile
@@ -56,8 +55,8 @@ class ForcePlan:
 
     @property
     def signal_counts(self) -> tuple[int, int, int]:
-        """Number of signals of linear laws, of compiled forces and of those that jump."""
-        stops = [self.columns, 0, 0]
+        """Number of coefficients of linear laws, of signals of compiled forces and of those that jump."""
+        stops = [0, 0, 0]
         for row in self.rows:
             kind = signal_kind(row)
             stops[kind] = max(stops[kind], int(row[6]))
@@ -112,8 +111,7 @@ def force_plan(systems: list[System], profiles: list[SpeedProfile]) -> ForcePlan
     forces = systems[0].forces
     distinct: list[Any] = []
     rows = np.zeros((len(forces), 10), dtype=np.int64)
-    # The first signals are the forces that do not depend on the motion, one row for each force column.
-    counts = [systems[0].force_columns.shape[1], 0, 0]
+    counts = [0, 0, 0]
     at = np.zeros(3, dtype=np.int64)
     jumping: list[int] = []
     for k, force in enumerate(forces):
@@ -203,16 +201,18 @@ class BlockSignals:
 
     Attributes
     ----------
-    given : ndarray (signals, 2 steps + 1, lanes)
-        Forces that do not depend on the motion, then the coefficients of linear laws, at the start, middle and end of
-        each step.
+    pushes : ndarray (2 steps + 1, force columns, lanes)
+        Forces that do not depend on the motion, at the start, middle and end of each step.
+    coefficients : ndarray (signals, 2 steps + 1, lanes)
+        Of linear laws.
     halves : ndarray (2 steps + 1, signals, lanes)
         Signals of compiled forces.
     jumped, events, branches : ndarray
         See `jumps.all_jumps`.
     """
 
-    given: np.ndarray
+    pushes: np.ndarray
+    coefficients: np.ndarray
     halves: np.ndarray
     jumped: np.ndarray
     events: np.ndarray
@@ -241,7 +241,8 @@ def block_signals(
     half_times = start_s + 0.5 * step_s * np.arange(2 * done, 2 * (done + steps) + 1)
     timeline = plan.timeline(half_times, 0.5 * step_s)
     linear, compiled, jumping = plan.signal_counts
-    given = room.array("given", linear, half_times.size, plan.lanes)
+    pushes = room.array("pushes", half_times.size, plan.columns, plan.lanes)
+    coefficients = room.array("coefficients", linear, half_times.size, plan.lanes)
     halves = room.array("halves", half_times.size, compiled, plan.lanes)
     jumped = room.array("jumped", steps, 3, jumping, plan.lanes)
     written = np.zeros(plan.columns, dtype=bool)
@@ -256,14 +257,13 @@ def block_signals(
         acts = plan.outputs[plan.rows[k, 3] : plan.rows[k, 4]]
         for act, push in zip(acts, own, strict=False):
             if written[act]:
-                given[act] += push
+                pushes[:, act] += push
             else:
-                given[act], written[act] = push, True
-        given[place] = own[acts.size :]
-    for act in np.flatnonzero(~written):
-        given[act] = 0.0
+                pushes[:, act], written[act] = push, True
+        coefficients[place] = own[acts.size :]
+    pushes[:, ~written] = 0.0
     if plan.jumping:
         from .jumps import all_jumps
 
-        return BlockSignals(given, halves, *all_jumps(plan, half_times, timeline, jumped))
-    return BlockSignals(given, halves, jumped, np.zeros((0, 4)), np.zeros((0, 6, 1, 1)))
+        return BlockSignals(pushes, coefficients, halves, *all_jumps(plan, half_times, timeline, jumped))
+    return BlockSignals(pushes, coefficients, halves, jumped, np.zeros((0, 4)), np.zeros((0, 6, 1, 1)))

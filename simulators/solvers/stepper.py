@@ -16,6 +16,7 @@ from .equilibrium import static_equilibrium
 from .layout import jump_layout, step_layout
 from .open_loop import open_loop
 from .plan import ForcePlan, Room, block_signals, force_plan
+from .products_of_parts import in_order_of_parts
 from .tables import step_tables
 
 #: Numbers in the signals of one block. Fewer leave 64 lanes with blocks so short that preparing them costs as much as
@@ -56,10 +57,10 @@ class Stepper:
         modal: bool = True,
         highest_hz: float | None = None,
     ) -> None:
-        self.system = group.systems[0]
+        self.system = in_order_of_parts(group.systems[0])
         self.step_s, self.start_s, self.done = step_s, start_s, 0
         self.form = block_form(self.system, modal=modal, highest_hz=highest_hz)
-        self.plan = force_plan(group.systems, group.profiles)
+        self.plan = force_plan([self.system, *group.systems[1:]], group.profiles)
         tables = step_tables(self.form, step_s)
         self._open_loop = open_loop(self.form, self.system, self.plan, tables)
         self.states = static_equilibrium(self.system, self.plan, start_s, self.form)
@@ -68,7 +69,7 @@ class Stepper:
         self._plan = _kernel_plan(self.plan)
         self._room = Room()
         linear, compiled, jumping = self.plan.signal_counts
-        numbers = (2 * (linear + compiled) + 3 * jumping) * self.plan.lanes
+        numbers = (2 * (self.plan.columns + linear + compiled) + 3 * jumping) * self.plan.lanes
         # A whole number of runs of `Timeline.cos_sin`: how many lanes there are then does not show in the bits.
         self.block = RUN * int(np.clip(BLOCK_NUMBERS // max(1, numbers) // RUN, 1, 4096 // RUN))
         if self._open_loop is not None:
@@ -79,7 +80,7 @@ class Stepper:
         signals = block_signals(self.plan, self.start_s, self.step_s, steps, self._room, done=self.done)
         self.done += steps
         if self._open_loop is not None:
-            return self._open_loop(signals.given, self.states)
+            return self._open_loop(signals.pushes, self.states)
         from .kernel import run_block
 
         layout = self._layout
@@ -94,7 +95,7 @@ class Stepper:
             layout.diagonals,
             self._plan,
             self.plan.parameters,
-            (signals.given, signals.halves, signals.jumped),
+            (signals.pushes, signals.coefficients, signals.halves, signals.jumped),
             self._jump,
             signals.events,
             signals.branches,

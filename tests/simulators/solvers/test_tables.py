@@ -88,9 +88,9 @@ def test_blocks_of_signals_do_not_depend_on_where_they_begin():
     plan = force_plan([gearbox.system(speed_rpm=1800.0)], [profile])
     step, room = 1 / 60_000, Room()
     whole = block_signals(plan, 0.0, step, 400, room)
-    kept = whole.given.copy(), whole.halves.copy(), whole.jumped.copy(), whole.events.copy()
+    kept = whole.pushes.copy(), whole.halves.copy(), whole.jumped.copy(), whole.events.copy()
     later = block_signals(plan, 150 * step, step, 250, room)
-    assert later.given == pytest.approx(kept[0][:, 300:], abs=1e-9 * np.abs(kept[0]).max())
+    assert later.pushes == pytest.approx(kept[0][300:], abs=1e-9 * np.abs(kept[0]).max())
     assert later.halves == pytest.approx(kept[1][300:], abs=1e-9)
     assert later.jumped == pytest.approx(kept[2][150:], rel=1e-9, abs=1e-12)
     inside = kept[3][kept[3][:, 0] >= 150]
