@@ -9,15 +9,27 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..simulators.errors import InvalidValueError
+from ..simulators.errors import InvalidValueError, RotorwiseError
 from . import cli_options as options
 from .cli_options import option
-from .learning_command import Jobs, NoNoise, Seed, check_whole_numbers, cores, exit_codes, measuring
+from .learning_command import (
+    HIGHEST_SEED,
+    MOST_JOBS,
+    Jobs,
+    NoNoise,
+    Seed,
+    check_whole_numbers,
+    cores,
+    exit_codes,
+    measuring,
+)
 
 if TYPE_CHECKING:
     from .learning.evaluation import Judged
     from .learning.model_file import Model
     from .learning.sources import FileRow
+
+_FAILED = 3
 
 ModelFile = Annotated[
     Path, typer.Argument(help="What rotorwise train wrote, or default.", metavar="MODEL", show_default=False)
@@ -41,6 +53,7 @@ class Evaluated:
     data: dict[str, Any]
     files: tuple[dict[str, Any], ...]
     remarks: tuple[str, ...]
+    unreadable: int = 0
 
 
 def evaluate(
@@ -66,18 +79,22 @@ def evaluate(
     The truth of a recording comes from --label or from `label` in its recording.toml.
     """
     from .learning.model_file import load_model
-    from .learning.sources import is_dataset
+    from .learning.sources import holds_rows
     from .papers_files import TableFileError
     from .report.write import ReportFileError, check_free
 
     with exit_codes(ReportFileError, TableFileError):
-        check_whole_numbers(seed=(seed, 0), jobs=(jobs, 1))
+        check_whole_numbers(seed=(seed, 0, HIGHEST_SEED), jobs=(jobs, 1, MOST_JOBS))
         if report is not None:
             check_free(report.resolve(), force=force)
         used = _default() if str(model) == "default" else load_model(model)
-        if is_dataset(sources[0]) or sources[0].endswith(".parquet"):
+        if holds_rows(sources[0]):
+            _check_unused(
+                "a dataset", label=label, baseline=baseline, sidecar=sidecar, rate=rate, unit=unit, speed=speed
+            )
             found = _on_dataset(used, sources, split=split, seed=seed, noise=not no_machine_noise, jobs=jobs)
         else:
+            _check_unused("recordings", split=split)
             record = options.record_metadata(rate, speed, None, None)
             machine = options.machine_metadata(bearing, None, None, None, None, None, None)
             metadata = record.merged_over(options.channel_metadata(unit, None, None, None, None)).merged_over(machine)
@@ -88,6 +105,14 @@ def evaluate(
         print(json.dumps({**found.data, "files": list(found.files), "remarks": list(found.remarks)}, indent=2))
     else:
         _show(found, report)
+    if found.unreadable:
+        raise typer.Exit(_FAILED)
+
+
+def _check_unused(what: str, **given: object) -> None:
+    for name, value in given.items():
+        if value is not None:
+            raise InvalidValueError(f"--{name} says nothing to {what}; allowed: leave it out.")
 
 
 def _default() -> Model:
@@ -153,23 +178,34 @@ def _on_files(
 
     from ..datasets.reading import find_recordings
     from .learning.evaluation import evaluated, judged
-    from .learning.sources import check_label, file_row, observation_of
+    from .learning.sources import FileRow, check_label, file_row, observation_of
 
     check_label(label)
     paths, _ = find_recordings([Path(one) for one in sources])
+    if not paths:
+        raise InvalidValueError(
+            f"No recording in {', '.join(sources)}; allowed: files that a reader knows. Check the path."
+        )
     healthy = [observation_of(one, metadata=metadata, sidecar=sidecar) for one in baseline]
     own = {one.resolve() for one in baseline}
-    rows = [
-        file_row(one, metadata=metadata, sidecar=sidecar, baseline=() if one.resolve() in own else healthy, label=label)
-        for one in paths
-    ]
+    rows, unreadable = [], 0
+    for one in paths:
+        before = () if one.resolve() in own else healthy
+        try:
+            rows.append(file_row(one, metadata=metadata, sidecar=sidecar, baseline=before, label=label))
+        except RotorwiseError as problem:
+            said, unreadable = str(problem), unreadable + 1
+            typer.echo(f"rotorwise: {said if one.name in said else f'{one}: {said}'}", err=True)
+            rows.append(FileRow(str(one), None, None, np.nan, np.nan, said))
     answers = [_answer(model, row) for row in rows]
     known = [row for row in rows if row.label is not None and row.values is not None]
     remarks = [*model.remarks]
     if len(known) < len(rows):
-        remarks.append(f"{len(rows) - len(known)} of {len(rows)} recordings have no label or no speed: not counted.")
+        remarks.append(
+            f"{len(rows) - len(known)} of {len(rows)} recordings lack label or speed, or cannot be read: not counted."
+        )
     if not known:
-        return Evaluated({"source": "recordings", "rows": 0}, tuple(answers), tuple(remarks))
+        return Evaluated({"source": "recordings", "rows": 0}, tuple(answers), tuple(remarks), unreadable)
     values = np.array([row.values for row in known])
     truth = np.array([row.label for row in known])
     found = judged(model.classifier, values, truth, unknown_below=model.card["unknown_below"])
@@ -177,7 +213,9 @@ def _on_files(
         "speed_rpm": np.array([row.speed_rpm for row in known]),
         "load": np.array([row.load for row in known]),
     }
-    return Evaluated({"source": "recordings", **evaluated(found, conditions)}, tuple(answers), tuple(remarks))
+    return Evaluated(
+        {"source": "recordings", **evaluated(found, conditions)}, tuple(answers), tuple(remarks), unreadable
+    )
 
 
 def _answer(model: Model, row: FileRow) -> dict[str, Any]:

@@ -14,6 +14,8 @@ from ..simulators.errors import InvalidValueError, RotorwiseError
 from .cli_options import option
 
 _USAGE, _FAILED, _OUTPUT_FAILED = 2, 3, 4
+#: What scikit-learn takes as a seed, and more processes than any computer has cores.
+HIGHEST_SEED, MOST_JOBS = 2**32 - 1, 4096
 
 Seed = Annotated[int, option("--seed", value="N", text="Of the machines' noise and of the classifier.")]
 NoNoise = Annotated[bool, option("--no-machine-noise", text="Leave the noise of real machines away.")]
@@ -32,11 +34,11 @@ def exit_codes(*outputs: type[RotorwiseError]) -> Iterator[None]:
         raise typer.Exit(_USAGE if isinstance(problem, InvalidValueError) else _FAILED) from None
 
 
-def check_whole_numbers(**least: tuple[int | None, int]) -> None:
-    """Raise InvalidValueError for a number below its least; None is left out. Names are those of the options."""
-    for name, (value, lowest) in least.items():
-        if value is not None and value < lowest:
-            raise InvalidValueError(f"--{name} {value}; allowed: {lowest} or more. Correct it.")
+def check_whole_numbers(**given: tuple[int | None, int, int]) -> None:
+    """Raise InvalidValueError for a value outside its ends; None is left out. Names are those of the options."""
+    for name, (value, lowest, highest) in given.items():
+        if value is not None and not lowest <= value <= highest:
+            raise InvalidValueError(f"--{name} {value}; allowed: {lowest} to {highest}. Correct it.")
 
 
 def cores() -> int:

@@ -12,7 +12,7 @@ import typer
 from ..simulators.errors import InvalidValueError, RotorwiseError
 from . import cli_options as options
 from .cli_options import option
-from .learning_command import check_whole_numbers, exit_codes
+from .learning_command import HIGHEST_SEED, check_whole_numbers, exit_codes
 
 if TYPE_CHECKING:
     from ..datasets.store import Store
@@ -31,6 +31,7 @@ Output = Annotated[Path, option("--output", "-o", value="MODEL.skops", text="Wri
 Split = Annotated[
     str | None, option("--split", value="NAME", text="Only this split of the dataset; all when left out.")
 ]
+TrainSplit = Annotated[str, option("--split", value="NAME", text="Of the dataset; train when left out.")]
 Coverage = Annotated[float, option("--coverage", value="SHARE", text="Of the intervals; 0.9 when left out.")]
 Seed = Annotated[int, option("--seed", value="N", text="Of folds and estimators; 0 when left out.")]
 Calibration = Annotated[
@@ -48,14 +49,14 @@ AsJson = Annotated[bool, option("--json", text="Print JSON.")]
 def train(
     location: Location,
     output: Output,
-    split: Split = "train",
+    split: TrainSplit = "train",
     calibration: Calibration = None,
     coverage: Coverage = 0.9,
     seed: Seed = 0,
     alone: Alone = False,
     force: Force = False,
 ) -> None:
-    """Train estimators from a simulated dataset of one machine; split train when it is not given."""
+    """Train estimators from a simulated dataset of one machine."""
     from ..datasets.store import open_store
     from .learning.severity.model import calibrate
     from .learning.severity.model import train as train_model
@@ -63,7 +64,7 @@ def train(
 
     with exit_codes(SeverityFileError):
         check_place(output, force=force)
-        check_whole_numbers(seed=(seed, 0))
+        check_whole_numbers(seed=(seed, 0, HIGHEST_SEED))
         if not 0 < coverage < 1:
             raise InvalidValueError(f"--coverage {coverage:g}; allowed: above 0, below 1, such as 0.9. Correct it.")
         store = open_store(location)

@@ -10,10 +10,22 @@ import typer
 
 from ..simulators.errors import InvalidValueError
 from .cli_options import option
-from .learning_command import Jobs, NoNoise, Seed, check_whole_numbers, cores, exit_codes, measuring
+from .learning_command import (
+    HIGHEST_SEED,
+    MOST_JOBS,
+    Jobs,
+    NoNoise,
+    Seed,
+    check_whole_numbers,
+    cores,
+    exit_codes,
+    measuring,
+)
 
 if TYPE_CHECKING:
     from .learning.model_file import Model
+
+_MOST_ITERATIONS = 10_000
 
 Location = Annotated[
     str,
@@ -44,13 +56,15 @@ def train(
     force: Force = False,
 ) -> None:
     """Train a classifier of faults on simulated machines, and judge it on machines that it did not see."""
-    from .learning.feature_file import FeatureFileError, write_features
+    from .learning.feature_file import FeaturePlaceError, write_features
     from .learning.model_file import ModelFileError, save_model
     from .learning.sources import rows_to_learn
     from .learning.training import train as fit
 
-    with exit_codes(ModelFileError, FeatureFileError):
-        check_whole_numbers(seed=(seed, 0), iterations=(iterations, 1), jobs=(jobs, 1))
+    with exit_codes(ModelFileError, FeaturePlaceError):
+        check_whole_numbers(
+            seed=(seed, 0, HIGHEST_SEED), iterations=(iterations, 1, _MOST_ITERATIONS), jobs=(jobs, 1, MOST_JOBS)
+        )
         _check_places(output, features, force=force)
         with measuring("features") as tell:
             table, origin = rows_to_learn(

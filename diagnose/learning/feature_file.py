@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,16 +14,25 @@ from .. import output_file
 from ..output_file import OutputKind
 from .feature_table import FeatureTable
 
+if TYPE_CHECKING:
+    import pyarrow as pa
+
 FORMAT = 1
 _KEY = b"rotorwise features"
 #: Columns that learning needs beside features; the rest stays in the dataset.
 _KEPT = ("signal", "machine", "group", "split", "case", "speed_rpm", "load", "rate_hz")
+#: Without these nothing can be learned or judged.
+_NEEDED = ("label", "machine", "group", "split", "case", "speed_rpm", "load")
 #: Significant binary digits of a feature: about four decimal ones, below what any repeat reproduces.
 _BITS = 12
 
 
 class FeatureFileError(RotorwiseError):
-    """A feature file cannot be read or written."""
+    """A feature file cannot be read."""
+
+
+class FeaturePlaceError(FeatureFileError):
+    """A feature file cannot be written where it was asked for."""
 
 
 def features_bytes(table: FeatureTable, origin: Mapping[str, Any]) -> bytes:
@@ -56,14 +65,14 @@ def write_features(table: FeatureTable, path: str | Path, origin: Mapping[str, A
 
     Raises
     ------
-    FeatureFileError
+    FeaturePlaceError
         When the file exists and ``force`` is not set, is none of ours, or the place cannot be written to.
     """
     output_file.write_checked(Path(path), features_bytes(table, origin), KIND, force=force)
 
 
 def check_place(target: Path, *, force: bool) -> None:
-    """Raise FeatureFileError where a feature file cannot go."""
+    """Raise FeaturePlaceError where a feature file cannot go."""
     output_file.check_place(target, KIND, force=force)
 
 
@@ -88,6 +97,7 @@ def read_features(source: Path | bytes) -> tuple[FeatureTable, dict[str, Any]]:
         ) from None
     if said.get("format") != FORMAT:
         raise FeatureFileError(f"{name} has format {said.get('format')}; allowed: {FORMAT}. Make it again.")
+    _check_content(found, name)
     names = [column for column in found.column_names if column.startswith("feature.")]
     values = np.array([found.column(column).to_numpy() for column in names], dtype=float).T
     others = [column for column in found.column_names if column not in names and column != "label"]
@@ -99,13 +109,34 @@ def read_features(source: Path | bytes) -> tuple[FeatureTable, dict[str, Any]]:
     ), said["origin"]
 
 
+def _check_content(found: pa.Table, name: str) -> None:
+    missing = [column for column in _NEEDED if column not in found.column_names]
+    if missing or not found.num_rows:
+        what = f"lacks {', '.join(missing)}" if missing else "has no row"
+        raise FeatureFileError(
+            f"{name} {what}; allowed: a file as rotorwise train --features writes it. Make it again."
+        )
+    for column in found.column_names:
+        if column.startswith("feature.") and np.isinf(found.column(column).to_numpy()).any():
+            raise FeatureFileError(
+                f"{name} has an infinite {column}; allowed: numbers, and NaN where a record cannot say. Make it again."
+            )
+
+
 def _column(values: list[Any]) -> np.ndarray:
     if any(isinstance(value, str) for value in values):
         return np.array(["" if value is None else value for value in values])
     return np.array([np.nan if value is None else value for value in values])
 
 
-def _is_feature_file(path: Path) -> bool:
+def is_feature_file(path: Path) -> bool:
+    """Return whether a Parquet file says that it holds features; recordings may be Parquet too.
+
+    Raises
+    ------
+    OSError
+        When it cannot be read.
+    """
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -119,6 +150,6 @@ KIND = OutputKind(
     name="feature file",
     content="feature file of rotorwise",
     example="features.parquet",
-    is_ours=_is_feature_file,
-    error=FeatureFileError,
+    is_ours=is_feature_file,
+    error=FeaturePlaceError,
 )

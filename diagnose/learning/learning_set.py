@@ -73,4 +73,4 @@ def learning_set(table: FeatureTable, *, seed: int) -> LearningSet:
 def learnable(rows: LearningSet) -> LearningSet:
     """Return the rows whose class shows on `LEAST_MACHINES` machines or more; nothing general is learned from fewer."""
     counts = {one: np.unique(rows.groups[rows.labels == one]).size for one in np.unique(rows.labels)}
-    return rows.where(np.array([counts[one] >= LEAST_MACHINES for one in rows.labels]))
+    return rows.where(np.array([counts[one] >= LEAST_MACHINES for one in rows.labels], dtype=bool))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from ..observe import Observation, observe
 from ..result import FAULTS
 from .changes import model_features
 from .fault_names import HEALTHY
-from .feature_file import read_features
+from .feature_file import is_feature_file, read_features
 from .feature_table import FeatureTable, feature_table
 from .machine_noise import MachineNoise
 from .relative_features import levels, relative_features
@@ -31,6 +32,17 @@ _BLOCK_SAMPLES = 1 << 19
 def is_dataset(location: str) -> bool:
     """Return whether a location is a dataset rather than recordings."""
     return "://" in location or (Path(location) / IDENTITY).is_file()
+
+
+def holds_rows(location: str) -> bool:
+    """Return whether a location is a dataset or a feature file, not recordings, of which some are Parquet too."""
+    if is_dataset(location):
+        return True
+    path = Path(location)
+    # What is missing or cannot be opened is told when it is read.
+    with suppress(OSError):
+        return path.suffix == ".parquet" and path.is_file() and is_feature_file(path)
+    return False
 
 
 def rows_to_learn(

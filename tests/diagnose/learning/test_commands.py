@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from rotorwise.diagnose.cli import app
 from rotorwise.diagnose.learning.feature_file import write_features
@@ -15,7 +19,23 @@ from .conftest import made_table
 @pytest.fixture(scope="module")
 def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("commands")
-    write_features(made_table(), folder / "features.parquet", {"fingerprint": "made"})
+    table = made_table()
+    columns = {name: column for name, column in table.columns.items() if name != "speed_rpm"}
+    infinite = table.values.copy()
+    infinite[0, table.names.index("crest_factor")] = np.inf
+    for name, one in {
+        "features": table,
+        "test_only": table.where(table.columns["split"] == "test"),
+        "empty": table.where(table.labels == "rub"),
+        "infinite": replace(table, values=infinite),
+        "no_speed": replace(table, columns=columns),
+    }.items():
+        write_features(one, folder / f"{name}.parquet", {"fingerprint": "made"})
+    time = np.arange(20000) / 10000
+    noise = np.random.default_rng(0).normal(0.0, 0.1, time.size)
+    signal = pa.table({"a": np.sin(2 * np.pi * 25.0 * time) + noise})
+    pq.write_table(signal, folder / "recording.parquet")
+    (folder / "none").mkdir()
     return folder
 
 
@@ -56,12 +76,24 @@ def test_a_model_is_trained_judged_and_never_overwritten(files) -> None:
     [
         (("train", "nowhere", "-o", "x.skops"), 3, "holds no dataset"),
         (("train", "features.parquet", "-o", "x.skops", "--model", "forest"), 2, "boosting, linear"),
-        (("train", "features.parquet", "-o", "x.skops", "--iterations", "0"), 2, "1 or more"),
+        (("train", "features.parquet", "-o", "x.skops", "--iterations", "0"), 2, "1 to 10000"),
         (("train", "features.parquet", "-o", "absent/x.skops"), 4, "folder that exists"),
         (("evaluate", "features.parquet", "features.parquet"), 3, "no model of rotorwise"),
         (("evaluate", "default", "features.parquet", "--split", "none"), 2, "test, train"),
         (("evaluate", "default", "absent.csv"), 3, "absent.csv"),
         (("evaluate", "default", "features.parquet", "--seed"), 2, "--seed"),
+        (("train", "features.parquet", "-o", "x.skops", "--seed", 10**20), 2, "0 to 4294967295"),
+        (("train", "features.parquet", "-o", "x.skops", "--features", "x.skops"), 2, "model's own file"),
+        (("train", "features.parquet", "-o", "x.skops", "--features", "no/y.parquet"), 4, "does not exist"),
+        (("train", "test_only.parquet", "-o", "x.skops"), 2, "shows nothing"),
+        (("train", "empty.parquet", "-o", "x.skops"), 3, "has no row"),
+        (("train", "infinite.parquet", "-o", "x.skops"), 3, "infinite feature.crest_factor"),
+        (("train", "no_speed.parquet", "-o", "x.skops"), 3, "lacks speed_rpm"),
+        (("train", "recording.parquet", "-o", "x.skops"), 3, "no feature file"),
+        (("train", "features.parquet", "-o", f"{'x' * 300}.skops"), 4, "name too long"),
+        (("evaluate", "default", "none"), 2, "No recording in none"),
+        (("evaluate", "default", "features.parquet", "--label", "rub"), 2, "--label says nothing to a dataset"),
+        (("evaluate", "default", "recording.parquet", "--split", "test"), 2, "--split says nothing to recordings"),
     ],
 )
 def test_bad_input_is_one_message(files, monkeypatch, arguments, code, words) -> None:
@@ -70,3 +102,16 @@ def test_bad_input_is_one_message(files, monkeypatch, arguments, code, words) ->
     assert answer.exit_code == code, answer.output
     assert words in answer.output
     assert "Traceback" not in answer.output
+
+
+def test_what_cannot_be_read_stops_no_other_recording_and_parquet_may_be_a_recording(files, monkeypatch) -> None:
+    monkeypatch.chdir(files)
+    (files / "broken.csv").write_text("no numbers here")
+    words = ("--rate", "10000", "--unit", "m/s2", "--speed", "1500", "--label", "healthy", "--json")
+    answer = run("evaluate", "default", "broken.csv", "recording.parquet", *words)
+    assert answer.exit_code == 3
+    assert "broken.csv" in answer.stderr
+    found = json.loads(answer.stdout)
+    assert [one["answer"] is None for one in found["files"]] == [True, False]
+    assert found["rows"] == 1
+    assert "cannot be read" in found["remarks"][-1]
