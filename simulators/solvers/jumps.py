@@ -7,10 +7,16 @@ import numpy as np
 from ..law import Timeline
 from ..speed_profile import SpeedProfile
 from .plan import ForcePlan, on_all_lanes
+from .tables import JUMP_POINTS
+
+#: Numbers of an event that follow from the time left: for the jump, half-way and the end four weights of a displacement
+#: and four of a velocity (of displacements, then velocities at start and end of the step); nine of the force difference
+#: at these instants; interval of the tables and share of it, half-way and at the end.
+SHAPE = 37
 
 
 def all_jumps(
-    plan: ForcePlan, half_times: np.ndarray, timeline: Timeline, signals: np.ndarray
+    plan: ForcePlan, half_times: np.ndarray, step_s: float, timeline: Timeline, signals: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the signals of the forces that jump, continued on the branch of each step's start, and their jumps.
 
@@ -18,6 +24,7 @@ def all_jumps(
     ----------
     plan : ForcePlan
     half_times : ndarray (2 steps + 1,)
+    step_s : float
     timeline : Timeline
         At these times.
     signals : ndarray (steps, 3, signals, lanes)
@@ -26,8 +33,9 @@ def all_jumps(
     Returns
     -------
     signals : ndarray
-    events : ndarray (events, 4)
-        Step, lane, number among the forces that jump, time left in the step.
+    events : ndarray (events, 4 + SHAPE)
+        Step, lane, number among the forces that jump, time left in the step, and see `SHAPE`. A jump on the end of the
+        step, as a mesh in a whole ratio to the step makes, has no time to act in it and is left out.
     branches : ndarray (events, 6, signals, 1)
         At the jump, half-way to the end and at the end of the step on the old branch, then on the new one.
     """
@@ -40,7 +48,26 @@ def all_jumps(
     widest = max(part.shape[2] for part in branches)
     padded = [np.pad(part, [(0, 0)] * 2 + [(0, widest - part.shape[2]), (0, 0)]) for part in branches]
     order = np.lexsort((-joined[:, 3], joined[:, 1], joined[:, 0]))
-    return signals, joined[order], np.ascontiguousarray(np.concatenate(padded)[order])
+    order = order[joined[order, 3] > 0]
+    events = np.concatenate([joined[order], shapes(joined[order, 3], joined[order, 2], step_s)], axis=1)
+    return signals, events, np.ascontiguousarray(np.concatenate(padded)[order])
+
+
+def shapes(left_s: np.ndarray, which: np.ndarray, step_s: float) -> np.ndarray:
+    """Return what follows from the time left in the step, shape (events, SHAPE); ``which`` as in `all_jumps`."""
+    share = 1 - left_s[:, None] / step_s * np.array([1.0, 0.5, 0.0])
+    square, cube = share**2, share**3
+    rise, lean = 3 * square - 2 * cube, 6 * (share - square) / step_s
+    motion = [1 - rise, rise, step_s * (share - 2 * square + cube), step_s * (cube - square)]
+    speed = [-lean, lean, 1 - 4 * share + 3 * square, 3 * square - 2 * share]
+    smooth = np.stack([np.stack(motion, axis=2), np.stack(speed, axis=2)], axis=2)
+    quadratic = np.array([[1.0, 0.0, 0.0], [-3.0, 4.0, -1.0], [4.0, -8.0, 4.0]])
+    weights = quadratic / left_s[:, None, None] ** np.arange(3)[:, None]
+    places = left_s[:, None] * np.array([0.5, 1.0]) * ((JUMP_POINTS - 1) / step_s)
+    point = np.minimum(np.floor(places), JUMP_POINTS - 2)
+    places = np.stack([point + which[:, None] * (JUMP_POINTS - 1), places - point], axis=2)
+    count = left_s.size
+    return np.concatenate([smooth.reshape(count, 24), weights.reshape(count, 9), places.reshape(count, 4)], axis=1)
 
 
 def _jump_events(

@@ -3,6 +3,9 @@
 The stages of the step continue the branch of its start. What the new branch adds from the jump to the end of the step
 then follows from tables of the integrals of e^(L s) (see `tables.JumpTables`). Order four at every jump: the force
 difference is a quadratic through three instants, on the motion that it has changed itself.
+
+What depends on the instant only comes with the event (see `jumps.SHAPE`): the weights of the cubic and the quadratic,
+and the place in the tables.
 """
 
 from __future__ import annotations
@@ -15,62 +18,49 @@ from .law_call import call_force, rows_of
 
 
 @numba.njit(**INNER)
-def _smooth_motion(jump, work, reads, lane, tau, room, at):  # type: ignore[no-untyped-def]
+def _smooth_motion(jump, work, reads, lane, event, room, at):  # type: ignore[no-untyped-def]
     """Set the motion at the jump, half-way and at the end: the cubic through both ends of the step without a jump.
 
     ``reads`` numbers k displacements, then their k velocities; the result stands in ``room`` from row ``at`` on, and
     once more behind it.
     """
-    start, end, step = jump[0][2], jump[0][3], jump[1][0]
     count = reads.size
     half = count // 2
-    for stage in range(3):
-        s = 1.0 - tau / step * (1.0 - 0.5 * stage)
+    for row in range(6):
         for i in range(half):
-            d0, d1 = work[start + reads[i], lane], work[end + reads[i], lane]
-            v0, v1 = step * work[start + reads[half + i], lane], step * work[end + reads[half + i], lane]
-            bend, twist = 3 * (d1 - d0) - 2 * v0 - v1, 2 * (d0 - d1) + v0 + v1
-            row = at + stage * count + i
-            room[row, 0] = d0 + s * (v0 + s * (bend + s * twist))
-            room[row + half, 0] = (v0 + s * (2 * bend + 3 * s * twist)) / step
-    for row in range(at, at + 3 * count):
-        room[row + 3 * count, 0] = room[row, 0]
+            total = 0.0
+            for k in range(4):
+                # Displacement at the start and at the end, then the velocities.
+                total += event[4 + 4 * row + k] * work[jump[0][1 + k % 2] + reads[k // 2 * half + i], lane]
+            room[at + row * half + i, 0] = room[at + 3 * count + row * half + i, 0] = total
 
 
 @numba.njit(**INNER)
-def _weigh(room, at, wide, tau):  # type: ignore[no-untyped-def]
-    """Replace the forces on the old branch by the quadratic g0 + a s + b s^2 / 2 through the force difference."""
-    for j in range(at, at + wide):
-        g0 = room[j + 3 * wide, 0] - room[j, 0]
-        g1 = room[j + 4 * wide, 0] - room[j + wide, 0]
-        g2 = room[j + 5 * wide, 0] - room[j + 2 * wide, 0]
-        room[j, 0] = g0
-        room[j + wide, 0] = (-3 * g0 + 4 * g1 - g2) / tau
-        room[j + 2 * wide, 0] = 4 * (g0 - 2 * g1 + g2) / (tau * tau)
+def _weigh(event, room, forces, wide):  # type: ignore[no-untyped-def]
+    """Set behind the forces the quadratic g0 + a s + b s^2 / 2 through the difference of both branches."""
+    for row in range(3):
+        for j in range(wide):
+            total = 0.0
+            for k in range(3):
+                old = forces + k * wide + j
+                total += event[28 + 3 * row + k] * (room[old + 3 * wide, 0] - room[old, 0])
+            room[forces + (6 + row) * wide + j, 0] = total
 
 
 @numba.njit(**INNER)
-def _integrate(tables, spacing, first, points, tau, weights, low, high, room, at, base):  # type: ignore[no-untyped-def]
-    """Set rows of ``room`` to those at ``base`` plus sum P_k(tau) weights, k = 1 to 3, by cubic interpolation.
+def _integrate(tables, point, s, first, count, room, weights, many, at, base):  # type: ignore[no-untyped-def]
+    """Set rows of ``room`` to those at ``base`` plus sum P_k(tau) weights, k = 1 to 3, by the cubics of the tables.
 
-    The derivative of P_k is P_(k-1). ``low`` to ``high`` are the rows of the tables.
+    ``first`` and ``count`` say which rows of the tables.
     """
-    point = np.int64(tau / spacing)
-    if point > points - 2:
-        point = points - 2
-    s = tau / spacing - point
-    point += first
-    h00, h10 = (1 + 2 * s) * (1 - s) * (1 - s), s * (1 - s) * (1 - s) * spacing
-    h01, h11 = s * s * (3 - 2 * s), s * s * (s - 1) * spacing
-    wide = tables.shape[3]
-    for i in range(low, high):
-        total = room[base + i - low, 0]
-        for power in range(1, 4):
-            for j in range(wide):
-                value = h00 * tables[power, point, i, j] + h10 * tables[power - 1, point, i, j]
-                value += h01 * tables[power, point + 1, i, j] + h11 * tables[power - 1, point + 1, i, j]
-                total += value * room[weights + (power - 1) * wide + j, 0]
-        room[at + i - low, 0] = total
+    for i in range(count):
+        room[at + i, 0] = room[base + i, 0]
+    for column in range(many):
+        value = room[weights + column, 0]
+        for power in range(4):
+            for i in range(count):
+                room[at + i, 0] += tables[point, 4 * column + power, first + i] * value
+            value *= s
 
 
 @compiled(numba.void(JUMP, MATRIX, PLAN, MATRIX, VECTOR, CUBE), **HIDDEN)
@@ -79,38 +69,43 @@ def apply_jump(jump, work, plan, parameters, event, branches):  # type: ignore[n
 
     Parameters as in `kernel.run_block`; ``jump`` is made by `layout.jump_layout`.
     """
-    # Python's own int, min and max are compiled as functions of their own.
-    lane, which, tau = np.int64(event[1]), np.int64(event[2]), event[3]
-    # A jump on the end of the step, as a mesh in a whole ratio to the step makes, has no time to act in it.
-    if tau <= 0.0:
-        return
-    numbers, tables, room = jump[0], jump[2], jump[3]
+    numbers, tables, room = jump
     table, inputs, address = plan[0], plan[1], plan[3]
-    points, end, height, k = numbers[1], numbers[4], numbers[5], numbers[6 + which]
-    count, wide = table[k, 2] - table[k, 1], tables.shape[3]
-    own = table[k, 8] - table[k, 7]
-    smooth, moved, forces, zero = own, own + 3 * count, own + 6 * count, own + 6 * count + 6 * wide
+    lane, which = np.int64(event[1]), np.int64(event[2])
+    end, height, count, wide, k = numbers[3], numbers[4], numbers[5], numbers[6], numbers[7 + which]
+    own, given = table[k, 8] - table[k, 7], table[k, 7]
+    forces = own + 6 * count
+    zero = forces + 9 * wide
     order = rows_of(numbers, numbers.size - (count if count > wide else wide), numbers.size)  # type: ignore[call-arg]
     for i in range(own):
-        room[i, 0] = parameters[table[k, 7] + i, lane]
-    _smooth_motion(jump, work, rows_of(inputs, table[k, 1], table[k, 2]), lane, tau, room, smooth)
+        room[i, 0] = parameters[given + i, lane]
+    _smooth_motion(jump, work, rows_of(inputs, table[k, 1], table[k, 2]), lane, event, room, own)
     for sweep in range(3):
         for side in range(6):
             at = forces + side * wide
             for j in range(wide):
                 room[at + j, 0] = 0.0
             # Three instants on the old branch and the smooth motion, then on the new branch and the moved one.
-            x = rows_of(room, smooth + side * count, smooth + (side + 1) * count)
+            x = rows_of(room, own + side * count, own + (side + 1) * count)
             u = rows_of(room, at, at + wide)
             call_force(address[table[k, 0]], branches[side], rows_of(room, 0, own), x, order, order, u)  # type: ignore[call-arg]
-        _weigh(room, forces, wide, tau)
-        for part in range(2 if sweep < 2 else 1):
-            if sweep < 2:
-                base, at, low, high, left = smooth, moved, 0, count, 0.5 * tau * (part + 1)
-                base += (part + 1) * count
-                at += (part + 1) * count
-            else:
-                base, at, low, high, left = zero, zero + height, count, count + height, tau
-            _integrate(tables, jump[1][1], which * points, points, left, forces, low, high, room, at, base)
+        _weigh(event, room, forces, wide)
+        for part in range(1, 3 if sweep < 2 else 2):
+            # Half-way and at the end; at last all states at the end.
+            base, at, first, rows, place = own + part * count, own + (3 + part) * count, 0, count, 35 + 2 * part
+            if sweep == 2:
+                base, at, first, rows, place = zero, zero + height, count, height, 39
+            _integrate(
+                tables,
+                np.int64(event[place]),
+                event[place + 1],
+                first,
+                rows,
+                room,
+                forces + 6 * wide,
+                3 * wide,
+                at,
+                base,
+            )
     for i in range(height):
         work[end + i, lane] += room[zero + height + i, 0]

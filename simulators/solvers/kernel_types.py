@@ -27,8 +27,8 @@ VECTOR, MATRIX, CUBE = numba.float64[::1], numba.float64[:, ::1], numba.float64[
 DEEP, INDEX, TABLE = numba.float64[:, :, :, ::1], numba.int64[::1], numba.int64[:, ::1]
 #: Plan of the forces, inputs, outputs and addresses of the compiled forces.
 PLAN = numba.types.Tuple((TABLE, INDEX, INDEX, INDEX))
-#: Whole numbers, step and spacing, tables, room to work.
-JUMP = numba.types.Tuple((INDEX, VECTOR, DEEP, MATRIX))
+#: Whole numbers, tables, room to work.
+JUMP = numba.types.Tuple((INDEX, CUBE, MATRIX))
 #: `plan.BlockSignals`: pushes, coefficients, halves, jumped.
 SIGNALS = numba.types.Tuple((CUBE, CUBE, CUBE, DEEP))
 #: `product.add_products`: memory, program, its rows from and to, lanes.

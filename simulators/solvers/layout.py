@@ -114,14 +114,15 @@ def _filled(groups: list[list[Any]], rows: np.ndarray, diagonals: np.ndarray, he
 
 
 def jump_layout(form: BlockForm, plan: ForcePlan, layout: Layout, step_s: float) -> tuple[np.ndarray, ...]:
-    """Return what `kernel_jump.apply_jump` needs: whole numbers, (step, table spacing), tables, room to work.
+    """Return what `kernel_jump.apply_jump` needs: whole numbers, tables, room to work.
 
-    The numbers are: address of the function, table points, rows of x and of x and y after the step, n + p, then for
-    each jump force its number among all, then 0, 1, 2 ...
-    The tables (4, forces x points, k + n + p, j) hold the rows of the force's k motions, of the states, of all motions.
+    The numbers are: address of the function, rows of x and of x and y after the step, n + p, the numbers k of a force's
+    motions and j of its outputs, then for each jump force its number among all, then 0, 1, 2 ...
+    The tables (forces x intervals, 3 j 4, k + n + p) hold the coefficients of `tables.JumpTables.cubics` for the rows
+    of the force's k motions, of the states, of all motions.
     """
     if not plan.jumping:
-        return np.zeros(1, dtype=np.int64), np.zeros(2), np.zeros((1, 1, 1, 1)), np.zeros((1, 1))
+        return np.zeros(1, dtype=np.int64), np.zeros((1, 1, 1)), np.zeros((1, 1))
     from .kernel_jump import apply_jump
     from .law_call import address_of
 
@@ -136,12 +137,13 @@ def jump_layout(form: BlockForm, plan: ForcePlan, layout: Layout, step_s: float)
     made = [jump_tables(form, form.force_columns[:, columns], step_s) for columns in acts]
     tables = []
     for table, read in zip(made, reads, strict=True):
-        motions = form.motion_rows @ table.states
-        tables.append(np.concatenate([motions[:, :, read], table.states, motions], axis=2))
+        cubics = table.cubics
+        motions = cubics @ form.motion_rows.T
+        tables.append(np.concatenate([motions[:, :, read], cubics, motions], axis=2))
     n, p, following = int(layout.rows[0]), int(layout.rows[1]), int(layout.rows[8])
-    points, height = made[0].states.shape[1], n + p
+    height = n + p
     most = max(int(plan.rows[k, 8] - plan.rows[k, 7]) for k in plan.jumping)
-    head = [address_of(apply_jump), points, int(layout.rows[5]), following + n, following, height]
+    head = [address_of(apply_jump), int(layout.rows[5]), following + n, following, height, deep, wide]
     numbers = np.array([*head, *plan.jumping, *range(max(deep, wide))], dtype=np.int64)
-    room = np.zeros((most + 6 * deep + 6 * wide + 2 * height, 1))
-    return numbers, np.array([step_s, made[0].spacing_s]), np.ascontiguousarray(np.concatenate(tables, axis=1)), room
+    room = np.zeros((most + 6 * deep + 9 * wide + 2 * height, 1))
+    return numbers, np.ascontiguousarray(np.concatenate(tables)), room

@@ -265,5 +265,5 @@ def block_signals(
     if plan.jumping:
         from .jumps import all_jumps
 
-        return BlockSignals(pushes, coefficients, halves, *all_jumps(plan, half_times, timeline, jumped))
+        return BlockSignals(pushes, coefficients, halves, *all_jumps(plan, half_times, step_s, timeline, jumped))
     return BlockSignals(pushes, coefficients, halves, jumped, np.zeros((0, 4)), np.zeros((0, 6, 1, 1)))

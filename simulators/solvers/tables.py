@@ -22,6 +22,8 @@ import numpy as np
 from ..errors import InvalidValueError
 from .block_form import BlockForm
 
+#: Points of the tables for jumps: one step in 32 intervals.
+JUMP_POINTS = 33
 #: The first term left out of phi_3 is below 1 / 23!, that is 4e-23.
 SERIES_TERMS = 19
 
@@ -159,8 +161,21 @@ class JumpTables:
     spacing_s: float
     states: np.ndarray
 
+    @property
+    def cubics(self) -> np.ndarray:
+        """Cubics in s = 0 to 1 between neighbouring points, of P_1 to P_3: (points - 1, 3 j 4, n).
 
-def jump_tables(form: BlockForm, columns: np.ndarray, step_s: float, *, points: int = 33) -> JumpTables:
+        The last four columns are the coefficients of 1, s, s^2 and s^3; the derivative of P_k is P_(k-1).
+        """
+        value, slope = self.states[1:], self.spacing_s * self.states[:-1]
+        low, high, start, stop = value[:, :-1], value[:, 1:], slope[:, :-1], slope[:, 1:]
+        powers = [low, start, 3 * (high - low) - 2 * start - stop, 2 * (low - high) + start + stop]
+        # (powers, k, points, n, j) to (points, k, j, powers, n).
+        turned = np.transpose(powers, (2, 1, 4, 0, 3))
+        return turned.reshape(turned.shape[0], -1, turned.shape[-1])
+
+
+def jump_tables(form: BlockForm, columns: np.ndarray, step_s: float, *, points: int = JUMP_POINTS) -> JumpTables:
     """Return the tables for force columns (n, j) of a core in block form."""
     from scipy.linalg import expm
 
