@@ -306,8 +306,16 @@ def residual_error(current: Baseline, healthy: OrderLines) -> np.ndarray:
     The rms of the real and imaginary parts that exceeds the noise, after the gains have been fitted.
     """
     error = model_error(current.lines, {}, healthy)
+    count = np.maximum(healthy.seen.sum(axis=0), 1)
+    return np.sqrt(np.maximum(left_power(current, healthy) / count, error**2))
+
+
+def left_power(current: Baseline, healthy: OrderLines) -> np.ndarray:
+    """Return the squares of what the calibrated machine leaves of healthy lines, less those of noise.
+
+    Summed over the conditions, shape (probes, orders); of the real or the imaginary part, half of both.
+    """
+    error = model_error(current.lines, {}, healthy)
     left = healthy.amplitudes - current.lines - np.tensordot(_newton_step(current, healthy, error), current.slopes, 1)
     seen = healthy.seen
-    power = np.where(seen, np.abs(left) ** 2 / 2 - np.where(seen, healthy.deviations, 0.0) ** 2, 0.0)
-    count = np.maximum(seen.sum(axis=0), 1)
-    return np.sqrt(np.maximum(power.sum(axis=0) / count, error**2))
+    return np.where(seen, np.abs(left) ** 2 / 2 - np.where(seen, healthy.deviations, 0.0) ** 2, 0.0).sum(axis=0)

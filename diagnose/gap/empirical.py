@@ -11,7 +11,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -81,7 +81,13 @@ def empirical_forces(prepared: Prepared, posterior: Posterior) -> tuple[tuple[Ad
     if judged(posterior.probabilities)[0] != "unknown" or accounted:
         return (), ()
     problem = prepared.problem(prepared.fitted)
-    return forces_of(posterior.unknown, posterior.compared, problem.baseline.machine, problem.predictor)
+    unknown, compared, best = posterior.unknown, posterior.compared, posterior.named
+    if best.candidates:
+        # The effect beside it makes an order that needs no force any more.
+        left = np.isin(np.arange(unknown.gains.size), list(best.unknown_beside))
+        unknown = replace(unknown, gains=np.where(left, unknown.gains, 0.0))
+        compared = replace(compared, residual=compared.residual - compared.whitened(best.response))
+    return forces_of(unknown, compared, problem.baseline.machine, problem.predictor)
 
 
 def forces_of(

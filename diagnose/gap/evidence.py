@@ -3,12 +3,14 @@
 The lines of the healthy conditions and of the conditions to explain share the machine's unknowns and the model error:
 they are one Gaussian vector, and what the healthy lines say is conditioned on. A hypothesis adds a response u. Each of
 its orders but the strongest may be wrong by a complex factor of standard deviation `LAW_TOLERANCE`, as no law holds
-exactly; the factor of the strongest is its strength. At each probe each order may be wrong by `PROBE_TOLERANCE` more.
+exactly; the factor of the strongest is its strength. At each probe each order may be wrong by `PROBE_TOLERANCE` more,
+and, smoothly in speed and load, by the share by which the calibrated machine misses its own healthy lines.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +19,7 @@ from ...simulators.errors import InvalidValueError
 from .baseline import Baseline, error_covariance, noise_covariance, shifted
 from .lines import OrderLines, joined, stacked, unstacked
 from .predict import Predictor
+from .transfer_error import TransferError, none_of
 
 #: Of lines with phase, and of sizes of lines without: transfer paths at high frequencies are known to a factor.
 LAW_TOLERANCE, LAW_TOLERANCE_OF_SIZES = 0.15, 0.5
@@ -43,6 +46,7 @@ class Comparison:
         The machine's unknowns as the healthy lines have them, relative to where the machine is linearised.
     learnt : ndarray (unknowns, reals)
         What one whitened residual adds to them.
+    transfer : TransferError
     """
 
     lines: OrderLines
@@ -53,6 +57,7 @@ class Comparison:
     log_constant: float
     known: np.ndarray
     learnt: np.ndarray
+    transfer: TransferError
 
     @property
     def seen(self) -> np.ndarray:
@@ -65,6 +70,20 @@ class Comparison:
 
         flat = stacked(response, self.lines.parts)
         return solve_triangular(self.factor, flat.reshape(-1, flat.shape[-1]).T, lower=True).T.reshape(flat.shape)
+
+    def widened(self, added: np.ndarray) -> Comparison:
+        """Return the comparison with a further covariance (reals, reals) of the stacked lines."""
+        left, cross = self.factor @ self.residual, self.learnt @ self.factor.T
+        found = _compared(self.lines, self.expected, self.covariance + added, left, self.known, cross)
+        return replace(found, transfer=self.transfer)
+
+    def select(self, conditions: Sequence[int]) -> Comparison:
+        """Return the comparison of these conditions only, which must be in order."""
+        rows = np.concatenate([np.isin(np.nonzero(part)[0], conditions) for part in self.lines.parts])
+        left, cross = (self.factor @ self.residual)[rows], (self.learnt @ self.factor.T)[:, rows]
+        lines, expected = self.lines.select(conditions), self.expected[list(conditions)]
+        found = _compared(lines, expected, self.covariance[np.ix_(rows, rows)], left, self.known, cross)
+        return replace(found, transfer=self.transfer)
 
     def detectability(self, response: np.ndarray) -> float:
         """Return d2: the squared length of a response in standard deviations of everything uncertain."""
@@ -87,6 +106,7 @@ class Problem:
         The calibrated machine in the healthy conditions.
     error : ndarray (probes, orders)
         Standard deviation of the baseline's model error.
+    transfer : TransferError
     predictor, healthy_predictor : Predictor
         For the conditions to explain, and for the healthy ones (the same where there are none).
     """
@@ -96,12 +116,14 @@ class Problem:
     healthy: OrderLines | None
     at_healthy: Baseline | None
     error: np.ndarray
+    transfer: TransferError
     predictor: Predictor
     healthy_predictor: Predictor
 
     def plain(self) -> Comparison:
         """Return the lines against what is expected without any effect."""
-        return comparison(self.lines, self.baseline, self.healthy, self.at_healthy, self.error)
+        plain = comparison(self.lines, self.baseline, self.healthy, self.at_healthy, self.error)
+        return replace(plain, transfer=self.transfer)
 
     def moved(self, change: np.ndarray) -> Problem:
         """Return the problem about a machine whose own coordinates are changed."""
@@ -113,8 +135,10 @@ class Problem:
 
     def around(self, baseline: Baseline, response: np.ndarray) -> Comparison:
         """Return the lines against a machine with effects, linearised with them, that add ``response``."""
-        own = _tolerances(self.lines)[1] * np.sqrt((np.abs(response) ** 2).mean(axis=0) / 2)
-        return comparison(self.lines, baseline, self.healthy, self.at_healthy, self.error, own)
+        share = np.maximum(_tolerances(self.lines)[1], self.transfer.share)
+        own = share * np.sqrt((np.abs(response) ** 2).mean(axis=0) / 2)
+        found = comparison(self.lines, baseline, self.healthy, self.at_healthy, self.error, own)
+        return replace(found, transfer=self.transfer)
 
 
 def comparison(
@@ -163,7 +187,7 @@ def comparison(
         cross = cross + baseline.drift[:, None] ** 2 * flat
     if own_error is not None:
         covariance = covariance + error_covariance(lines.conditions, own_error, parts)
-    return _compared(lines, expected, covariance, known, cross)
+    return _compared(lines, expected, covariance, stacked(lines.amplitudes - expected, parts), known, cross)
 
 
 def _shared_error(healthy: OrderLines, lines: OrderLines, error: np.ndarray) -> np.ndarray:
@@ -178,17 +202,23 @@ def _shared_error(healthy: OrderLines, lines: OrderLines, error: np.ndarray) -> 
 
 
 def _compared(
-    lines: OrderLines, expected: np.ndarray, covariance: np.ndarray, known: np.ndarray, cross: np.ndarray
+    lines: OrderLines,
+    expected: np.ndarray,
+    covariance: np.ndarray,
+    left: np.ndarray,
+    known: np.ndarray,
+    cross: np.ndarray,
 ) -> Comparison:
+    """Return the comparison of stacked lines that leave ``left`` (reals,) of what is expected."""
     from scipy.linalg import solve_triangular
 
     # Rounding may leave a tiny negative direction where slopes and errors are far larger than the noise.
     covariance = (covariance + covariance.T) / 2 + np.diag(1e-12 * np.diag(covariance))
     factor = _factored(covariance)
-    residual = solve_triangular(factor, stacked(lines.amplitudes - expected, lines.parts), lower=True)
+    residual = solve_triangular(factor, left, lower=True)
     learnt = solve_triangular(factor, cross.T, lower=True).T
     constant = -float(np.log(np.diag(factor)).sum()) - 0.5 * residual.size * math.log(2 * math.pi)
-    return Comparison(lines, expected, covariance, factor, residual, constant, known, learnt)
+    return Comparison(lines, expected, covariance, factor, residual, constant, known, learnt, none_of(lines))
 
 
 def _factored(covariance: np.ndarray) -> np.ndarray:
@@ -232,8 +262,10 @@ def law_columns(compared: Comparison, response: np.ndarray) -> np.ndarray:
     weaker = [k for k, own in enumerate(power) if own > 1e-3 and k % present.size != strongest]
     single = single.reshape(-1, *response.shape)
     probes = compared.whitened(np.concatenate([single, 1j * single]))
-    matters = (probes**2).sum(axis=1) > 1e-3
-    return np.concatenate([np.tile(law, 2)[weaker, None] * white[weaker], probes[matters]])
+    passed = compared.transfer.directions(response, compared.lines.conditions)
+    wrongly = compared.whitened(np.concatenate([passed, 1j * passed]))
+    columns = np.concatenate([np.tile(law, 2)[weaker, None] * white[weaker], probes, wrongly])
+    return columns[(columns**2).sum(axis=1) > 1e-3]
 
 
 @dataclass(frozen=True, eq=False)

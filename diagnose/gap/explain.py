@@ -25,6 +25,7 @@ from .result import GapResult
 from .screen import Atom, atoms_of
 from .search import Screening, search, telling_conditions
 from .shown_lines import may_show
+from .transfer_error import TransferError, learnt, none_of
 from .unknown_force import force_kernels
 from .verdict import told
 from .wanted_lines import wanted_lines
@@ -62,6 +63,7 @@ class Prepared:
         Calibrated, in all conditions to explain.
     at_healthy : Baseline or None
     error : ndarray (probes, orders)
+    transfer : TransferError
     waveform : mapping of str to tuple of str
         Channels that show an effect of the measuring chain directly, by the effect's name.
     found_hz : tuple of float
@@ -77,6 +79,7 @@ class Prepared:
     baseline: Baseline
     at_healthy: Baseline | None
     error: np.ndarray
+    transfer: TransferError
     waveform: Mapping[str, tuple[str, ...]]
     found_hz: tuple[float, ...] = ()
 
@@ -88,7 +91,14 @@ class Prepared:
         predictor = self.predictor.select(chosen)
         healthy = self.healthy_predictor or predictor
         return Problem(
-            self.measured.select(chosen), part, self.healthy, self.at_healthy, self.error, predictor, healthy
+            self.measured.select(chosen),
+            part,
+            self.healthy,
+            self.at_healthy,
+            self.error,
+            self.transfer,
+            predictor,
+            healthy,
         )
 
 
@@ -185,6 +195,8 @@ def prepare(
     at_calibration = calibrated(machine, to_calibrate, own, tell=tell)
     baseline = again(at_calibration, at_calibration.machine, predictor)
     error = residual_error(at_calibration, healthy) if healthy else model_error(at_calibration.lines, {}, to_calibrate)
+    probes = machine.bare_assembly().probes
+    transfer = learnt(at_calibration, healthy, probes) if healthy else none_of(to_calibrate)
     return Prepared(
         measured,
         fitted,
@@ -195,6 +207,7 @@ def prepare(
         baseline,
         at_calibration if healthy else None,
         error,
+        transfer,
         waveform,
         found_hz,
     )

@@ -32,7 +32,7 @@ def measured_gain(machine: Machine, prepared: Prepared, posterior: Posterior) ->
     calibrated = problem.plain().expected
     given = residual_power(problem, problem.predictor.amplitudes(machine))
     added = tuple(as_effect(one) for one in empirical_forces(prepared, posterior)[0])
-    best = posterior.none if added else winner(posterior)
+    best = posterior.named if added or posterior.named.candidates else winner(posterior)
     others = [fit for fit in posterior.fits if not set(fit.names) & set(best.names)] if best.candidates or added else []
     # An empirical force has amplitude, phase and exponent.
     parameters = 3 * len(added) if added else best.position.size

@@ -18,9 +18,12 @@ def judged(
     together = [names for names, p in probabilities.items() if p * TOLD_APART > probabilities[leading]]
     if leading == ():
         return ("none" if probabilities[leading] >= LEAST else "cannot tell"), leading, [leading]
-    if leading == ("unknown",):
-        return ("unknown" if probabilities[leading] >= LEAST else "cannot tell"), leading, [leading]
-    effects = [names for names in together if names not in ((), ("unknown",))]
+    if "unknown" in leading:
+        # Whatever else acts, something unknown does; the effects that may act beside it are kept apart.
+        certain = sum(p for names, p in probabilities.items() if "unknown" in names) >= LEAST
+        beside = [names for names in together if "unknown" in names]
+        return ("unknown" if certain else "cannot tell"), leading, beside if len(leading) > 1 else [leading]
+    effects = [names for names in together if names and "unknown" not in names]
     if sum(probabilities[names] for names in effects) < LEAST:
         return "cannot tell", leading, effects
     return ("one cause" if len(leading) == 1 else "several causes"), leading, effects

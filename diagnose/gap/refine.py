@@ -52,6 +52,8 @@ class Fit:
         Whitened directions in which the law may be wrong.
     problem : Problem, optional
         With the machine's own unknowns where they were when the effects were fitted; None when not fitted together.
+    unknown_beside : frozenset of int
+        Numbers of the orders that something unknown makes beside the effect.
     """
 
     candidates: tuple[Candidate, ...]
@@ -63,6 +65,7 @@ class Fit:
     residual: np.ndarray
     law: np.ndarray
     problem: Problem | None = None
+    unknown_beside: frozenset[int] = frozenset()
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -71,8 +74,8 @@ class Fit:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the effects, sorted."""
-        return tuple(sorted(candidate.name for candidate in self.candidates))
+        """Names of the effects, sorted, and "unknown" after them where something else acts beside them."""
+        return (*sorted(candidate.name for candidate in self.candidates), *(["unknown"] if self.unknown_beside else []))
 
     def machine(self, machine: Machine, position: np.ndarray | None = None) -> Machine:
         """Return the machine with the effects."""

@@ -202,9 +202,7 @@ def _differs_by(found: np.ndarray, wanted: np.ndarray) -> float:
     return float((away / np.maximum(size, 1e-6 * size.max() + 1e-300)).max())
 
 
-def starts(
-    candidate: Candidate, atoms: Sequence[Atom], compared: Comparison, *, residual: np.ndarray | None = None
-) -> list[Start]:
+def starts(candidate: Candidate, atoms: Sequence[Atom], compared: Comparison) -> list[Start]:
     """Return the candidate's best starts, best first.
 
     Parameters
@@ -212,10 +210,9 @@ def starts(
     candidate : Candidate
     atoms : sequence of Atom
     compared : Comparison
-    residual : ndarray (reals,), optional
-        Whitened, when something else has been taken off already.
+        Its residual may be what something else has left.
     """
-    wanted = compared.residual if residual is None else residual
+    wanted = compared.residual
     orders = compared.lines.phase_orders
     rated: list[tuple[float, np.ndarray, np.ndarray]] = []
     for atom in atoms:

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .beside_unknown import beside_unknown
 from .evidence import Comparison, Problem, Widened
 from .hypotheses import Candidate
+from .judged import judged
 from .refine import FIRST_STEPS, Climbed, Fit, climbed, jointly, nothing, refined
 from .screen import Atom, Start, starts
 from .unknown_force import Unknown, unexplained
 
-#: Probability before any measurement that nothing, one effect, two effects or something unknown is the cause.
-PRIOR = {"none": 0.4, "one": 0.4, "two": 0.1, "unknown": 0.1}
+#: Probability before any measurement that nothing, one effect, two effects, something unknown, or one effect with
+#: something unknown beside it is the cause.
+PRIOR = {"none": 0.4, "one": 0.4, "two": 0.1, "unknown": 0.06, "beside": 0.04}
 #: Effects of which a few steps are made, of these the ones followed to the end, and of these the ones compared with the
 #: machine re-fitted beside them.
 REFINED, FINISHED, JOINT = 8, 4, 3
@@ -57,7 +60,8 @@ class Posterior:
         Hypotheses of one and two effects that were fitted, most probable first.
     unknown : Unknown
     probabilities : mapping of tuple of str to float
-        By names of effects: () for nothing, ("unknown",) for something outside the catalogue. Sums to 1.
+        By names of effects: () for nothing, ("unknown",) for something outside the catalogue, ("rub", "unknown") for
+        an effect and something else beside it. Sums to 1.
     misfit : float
         Chance of a residual as large as the best hypothesis leaves.
     """
@@ -72,6 +76,13 @@ class Posterior:
     def best(self, names: tuple[str, ...]) -> Fit:
         """Return the best fit of effects of these names."""
         return next(fit for fit in (*self.fits, self.none) if fit.names == names)
+
+    @property
+    def named(self) -> Fit:
+        """The fit whose effects the verdict names: of nothing where it names none."""
+        kind, names, _ = judged(self.probabilities)
+        fitted = kind in ("one cause", "several causes") or (kind == "unknown" and len(names) > 1)
+        return self.best(names) if fitted else self.none
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,10 +108,14 @@ class Screening:
 
         ``response`` (problem's conditions, probes, orders), if any, is taken off first.
         """
-        left = None
-        if response is not None:
-            left = self.compared.residual - self.compared.whitened(response[list(self.chosen)])
-        found = [starts(one, own, self.compared, residual=left) for one, own in self.atoms.items() if own]
+        if response is None:
+            return self.against(self.compared)
+        left = self.compared.residual - self.compared.whitened(response[list(self.chosen)])
+        return self.against(replace(self.compared, residual=left))
+
+    def against(self, compared: Comparison) -> list[list[Start]]:
+        """Return each candidate's starts against another comparison of these conditions, the best candidate first."""
+        found = [starts(one, own, compared) for one, own in self.atoms.items() if own]
         return sorted([options for options in found if options], key=lambda options: -options[0].score)
 
 
@@ -162,7 +177,11 @@ def search(
     count = len({candidate.name for candidate in screening.atoms})
     followed = {candidate for fit in fits for candidate in fit.candidates}
     rest = [(one.name, none.log_evidence + more) for one, more in first_look.items() if one not in followed]
-    return _posterior(compared, none, fits, unknown, count, rest)
+    posterior = _posterior(compared, none, fits, unknown, count, rest)
+    if next(iter(posterior.probabilities)) != ("unknown",) or not unknown.kernels:
+        return posterior
+    beside = beside_unknown(problem, screening, unknown, _few_of_each, tell=tell)
+    return _posterior(compared, none, (*fits, *beside), unknown, count, rest) if beside else posterior
 
 
 def _few_of_each(screened: list[list[Start]]) -> list[list[Start]]:
@@ -249,8 +268,8 @@ def _posterior(
     logs: dict[tuple[str, ...], list[float]] = {(): [none.log_evidence + math.log(PRIOR["none"])]}
     pairs = max(effects * (effects - 1) / 2, 1.0)
     for fit in fits:
-        single = len(fit.candidates) == 1
-        prior = math.log(PRIOR["one"] / effects) if single else math.log(PRIOR["two"] / pairs)
+        share = PRIOR["beside"] / effects if fit.unknown_beside else PRIOR["one"] / effects
+        prior = math.log(share if len(fit.candidates) == 1 else PRIOR["two"] / pairs)
         logs.setdefault(fit.names, []).append(fit.log_evidence + prior)
     for name, evidence in rest:
         logs.setdefault((name,), []).append(evidence + math.log(PRIOR["one"] / effects))
@@ -259,7 +278,7 @@ def _posterior(
     totals = {names: _log_sum(values) - math.log(len(values)) for names, values in logs.items()}
     top = max(totals, key=lambda names: totals[names])
     misfit = 1.0
-    if top != ("unknown",):
+    if "unknown" not in top:
         winner = next((fit for fit in (*fits, none) if fit.names == top), none)
         misfit = _chance_of_residual(winner)
         if misfit < MISFIT:

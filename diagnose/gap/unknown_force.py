@@ -8,6 +8,7 @@ say most probably (empirical Bayes); the choice costs the logarithm of the numbe
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,12 +40,25 @@ class Unknown:
         Evidence that each order adds.
     as_force : tuple of bool
         For each order, whether forces explain it better than errors of the probes' lines.
+    kernels : mapping of int to ndarray (reals, reals)
+        By the number of each order that needs it: the covariance that it adds to the lines.
+    prices : mapping of int to float
+        Evidence that the choice of each of these cost.
     """
 
     log_evidence: float
     lines: np.ndarray
     gains: np.ndarray
     as_force: tuple[bool, ...]
+    kernels: Mapping[int, np.ndarray]
+    prices: Mapping[int, float]
+
+    def without(self, order: int) -> tuple[np.ndarray, float]:
+        """Return the covariance of all orders but one, and what choosing them cost."""
+        kept = [number for number in self.kernels if number != order]
+        some = next(iter(self.kernels.values()))
+        added = sum((self.kernels[number] for number in kept), np.zeros_like(some))
+        return added, sum(self.prices[number] for number in kept)
 
 
 def unexplained(compared: Comparison, kernels: np.ndarray | None) -> Unknown:
@@ -58,8 +72,9 @@ def unexplained(compared: Comparison, kernels: np.ndarray | None) -> Unknown:
     """
     residual = compared.factor @ compared.residual
     free = _line_kernel(compared)
-    chosen: list[np.ndarray | None] = []
-    as_force, cost = [], 0.0
+    chosen: dict[int, np.ndarray] = {}
+    prices: dict[int, float] = {}
+    as_force = []
     for order in range(len(compared.lines.orders)):
         options = [_embedded(compared, order, free)]
         forced = kernels is not None and compared.lines.kinds[order].phase
@@ -68,25 +83,22 @@ def unexplained(compared: Comparison, kernels: np.ndarray | None) -> Unknown:
         gain, size = max(found)
         price = math.log(len(found) * SIZES.size)
         as_force.append(found.index((gain, size)) == 1)
-        needed = gain - price > LEAST_GAIN
-        chosen.append(size * options[int(as_force[-1])] if needed else None)
-        cost += price if needed else 0.0
-    if all(part is None for part in chosen):
+        if gain - price > LEAST_GAIN:
+            chosen[order], prices[order] = size * options[int(as_force[-1])], price
+    count = len(compared.lines.orders)
+    if not chosen:
         # Nothing is left over: that something is there all the same has to pay for at least one order.
         nothing = compared.log_constant - 0.5 * float(compared.residual @ compared.residual)
-        size = len(chosen)
-        return Unknown(
-            nothing - LEAST_GAIN, np.zeros(compared.seen.shape, dtype=complex), np.zeros(size), (False,) * size
-        )
+        none = np.zeros(compared.seen.shape, dtype=complex)
+        return Unknown(nothing - LEAST_GAIN, none, np.zeros(count), (False,) * count, {}, {})
     # Sizes were chosen order by order; what they are worth together is the density of all lines.
-    kept = [part for part in chosen if part is not None]
-    together = sum(kept) if kept else np.zeros_like(compared.covariance)
-    evidence, values = _joint(compared, residual, np.asarray(together))
-    gains = np.zeros(len(chosen))
-    for order, part in enumerate(chosen):
-        if part is not None:
-            gains[order] = evidence - _joint(compared, residual, np.asarray(together) - part)[0]
-    return Unknown(evidence - cost, unstacked(values, compared.lines.parts), gains, tuple(as_force))
+    together = sum(chosen.values(), np.zeros_like(compared.covariance))
+    evidence, values = _joint(compared, residual, together)
+    gains = np.zeros(count)
+    for order, part in chosen.items():
+        gains[order] = evidence - _joint(compared, residual, together - part)[0]
+    lines = unstacked(values, compared.lines.parts)
+    return Unknown(evidence - sum(prices.values()), lines, gains, tuple(as_force), chosen, prices)
 
 
 def _joint(compared: Comparison, residual: np.ndarray, added: np.ndarray) -> tuple[float, np.ndarray]:

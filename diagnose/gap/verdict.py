@@ -41,7 +41,7 @@ def told(
     # A suspicion is a cause only where nothing else is, and the healthy machine's records do not raise it.
     suspects = kind == "none" and prepared.healthy is not None
     shown = {name: own for name, own in prepared.waveform.items() if suspects or name not in SUSPECTED}
-    best = posterior.best(names) if kind in ("one cause", "several causes") else posterior.none
+    best = posterior.named
     compared = posterior.compared
     calibrated = prepared.baseline.machine
     everything = prepared.problem(range(len(prepared.measured.conditions)))
@@ -58,7 +58,7 @@ def told(
     rivals = [posterior.best(other) for other in together if other != names and other in fitted]
     forces, remarks = empirical_forces(prepared, posterior)
     remarks = (*remarks, *(_suspicion(name, own) for name, own in prepared.waveform.items() if name not in shown))
-    if kind == "unknown":
+    if kind == "unknown" and not best.candidates:
         remarks = (*_closest(posterior), *remarks)
     added = tuple(as_effect(one) for one in forces)
     after = explained(best, everything, further=added)
@@ -87,9 +87,9 @@ def told(
 
 def _closest(posterior: Posterior) -> tuple[str, ...]:
     """Return in words which known effect explains most of what is unknown; nothing where none explains half of it."""
-    if not posterior.fits:
+    if all(fit.unknown_beside for fit in posterior.fits):
         return ()
-    best = max(posterior.fits, key=lambda fit: fit.log_evidence)
+    best = max((fit for fit in posterior.fits if not fit.unknown_beside), key=lambda fit: fit.log_evidence)
     left = float(best.residual @ Widened(best.law).solve(best.residual))
     share = 1 - left / max(float(posterior.none.residual @ posterior.none.residual), 1e-300)
     if share < 0.5:
@@ -109,9 +109,8 @@ def _with_shown(
     """Return the hypotheses with what the waveform shows, which may itself be what leaves lines unexplained."""
     total: dict[tuple[str, ...], float] = {}
     for names, share in probabilities.items():
-        is_unknown = names == ("unknown",)
-        key = tuple(sorted((*shown, *(() if is_unknown else names))))
-        if is_unknown and is_unknown_beside:
+        key = tuple(sorted((*shown, *(name for name in names if name != "unknown"))))
+        if "unknown" in names and is_unknown_beside:
             key = names
         total[key] = total.get(key, 0.0) + share
     return dict(sorted(total.items(), key=lambda item: -item[1]))

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from .result import AddedForce, Cause, Estimate, Gain, GapResult, ResidualLine
+from .waveform import ONLY_IN_WAVEFORM
 
 if TYPE_CHECKING:
     from ...simulators.machine import Machine
@@ -96,10 +97,14 @@ def headline(result: GapResult) -> str:
     if result.kind == "none":
         return f"The model explains the data, probability {none}: no effect is needed."
     if result.kind == "unknown":
-        stated = probability_words(result.probabilities.get(("unknown",), math.nan))
+        stated = probability_words(sum(p for names, p in result.probabilities.items() if "unknown" in names))
         where = f", clearest in {_place_words(result)}" if result.residuals else ""
-        beside = joined_words([cause_words(one) for one in result.causes])
-        also = f" The waveform shows {beside} as well." if beside else ""
+        shown = joined_words([cause_words(one) for one in result.causes if one.effect in ONLY_IN_WAVEFORM])
+        also = f" The waveform shows {shown} as well." if shown else ""
+        fitted = [one for one in result.causes if one.effect not in ONLY_IN_WAVEFORM]
+        named = [f"{cause_words(one)}, probability {probability_words(one.probability)}" for one in fitted]
+        if named:
+            return f"Cause of a part: {'; and '.join(named)}. Beside it something acts that no effect explains.{also}"
         return f"Something acts that no effect of the catalogue explains{where}, probability {stated}.{also}"
     if result.kind == "cannot tell":
         best = [(names, p) for names, p in result.probabilities.items() if p >= 0.01][:3]
@@ -203,9 +208,8 @@ def hypothesis_words(names: Sequence[str]) -> str:
     >>> hypothesis_words(()), hypothesis_words(("shaft_bow", "unbalance"))
     ('nothing is wrong', 'shaft bow + unbalance')
     """
-    if tuple(names) == ("unknown",):
-        return "something outside the catalogue"
-    return " + ".join(name.replace("_", " ") for name in names) or "nothing is wrong"
+    said = ["something outside the catalogue" if name == "unknown" else name.replace("_", " ") for name in names]
+    return " + ".join(said) or "nothing is wrong"
 
 
 def line_words(order: float, gears: Sequence[float] = ()) -> str:

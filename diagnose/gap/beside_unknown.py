@@ -1,0 +1,88 @@
+"""One effect with something unknown beside it: a real machine seldom does only what one cause makes it do.
+
+Asked only where something unknown is the most probable answer. All orders but one that need a smooth random function
+keep it; the one that is left must be made by an effect, in every condition and at every probe, within the tolerance of
+its law. It is named where that is more probable than a random function in this order as well.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .evidence import Comparison, Problem
+from .hypotheses import Candidate
+from .refine import FIRST_STEPS, Fit, climbed, refined
+from .screen import Start
+from .unknown_force import Unknown
+
+if TYPE_CHECKING:
+    from .search import Screening
+
+#: Orders that are tried, those that stand out most, and effects followed at each.
+ORDERS, FOLLOWED = 2, 4
+#: Chance below which an effect does not make its order: more than noise is left of it.
+MISFIT = 1e-3
+
+Tell = Callable[[str], None]
+FewOfEach = Callable[[list[list[Start]]], list[list[Start]]]
+
+
+def beside_unknown(
+    problem: Problem, screening: Screening, unknown: Unknown, few_of_each: FewOfEach, *, tell: Tell = lambda _: None
+) -> list[Fit]:
+    """Return the effects that make one of the unknown orders, what others need being unknown; the best first.
+
+    Parameters
+    ----------
+    problem : Problem
+    screening : Screening
+    unknown : Unknown
+        Of the lines without any effect.
+    few_of_each : callable
+        Thins out the parts and variants of each effect.
+    """
+    found: dict[Candidate, Fit] = {}
+    if len(unknown.kernels) < 2:
+        return []
+    phases = [k for k in unknown.kernels if problem.lines.kinds[k].phase]
+    compared = problem.plain()
+    for order in sorted(phases, key=lambda k: -unknown.gains[k])[:ORDERS]:
+        added, cost = unknown.without(order)
+        transfers = compared.transfer.options()
+        cost += math.log(len(transfers))
+        for transfer in transfers:
+            widened = replace(compared.widened(added), transfer=transfer)
+            for options in few_of_each(screening.against(widened.select(screening.chosen)))[:FOLLOWED]:
+                tell(f"{options[0].candidate} beside something unknown")
+                fit = _fitted(options, problem, widened)
+                if fit is None or chance_in_order(fit, widened, order) < MISFIT:
+                    continue
+                others = frozenset(unknown.kernels) - {order}
+                fit = replace(fit, log_evidence=fit.log_evidence - cost, unknown_beside=others)
+                one = fit.candidates[0]
+                if one not in found or fit.log_evidence > found[one].log_evidence:
+                    found[one] = fit
+    return sorted(found.values(), key=lambda fit: -fit.log_evidence)
+
+
+def _fitted(options: Sequence[Start], problem: Problem, widened: Comparison) -> Fit | None:
+    one, machine, predictor = options[0].candidate, problem.baseline.machine, problem.predictor
+    first = climbed([one], [start.position for start in options[:1]], widened, machine, predictor, steps=FIRST_STEPS)
+    return refined([one], first.position, widened, machine, predictor) if first else None
+
+
+def chance_in_order(fit: Fit, compared: Comparison, order: int) -> float:
+    """Return the chance that noise, within the law's tolerance, leaves as much of one order."""
+    from scipy.stats import chi2
+
+    rows = np.concatenate([np.nonzero(part)[2] == order for part in compared.lines.parts])
+    left = (compared.factor @ fit.residual)[rows]
+    directions = (compared.factor @ fit.law.T)[rows] if fit.law.size else np.zeros((int(rows.sum()), 0))
+    covariance = compared.covariance[np.ix_(rows, rows)] + directions @ directions.T
+    power = float(left @ np.linalg.solve(covariance, left))
+    return float(chi2.sf(power, max(int(rows.sum()) - fit.position.size, 1)))

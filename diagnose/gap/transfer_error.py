@@ -1,0 +1,105 @@
+"""By how much what passes from a force to a probe is wrong in the model, as the healthy recordings show it.
+
+A machine whose supports are not those of the model answers every force wrongly, a fault's as well. Healthy lines that
+the machine makes itself say by which share; what an effect adds may then be wrong by the same share, smoothly in speed
+and load. A direction in which the model hardly moves is taken to be as wrong as the largest one at the same place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...simulators.assembly import Probe
+from .baseline import Baseline, left_power, similarity
+from .lines import Condition, OrderLines
+
+#: A healthy line tells where it is so many times its noise, and the model's at least this share of it.
+CLEAR, LEAST_MADE = 10.0, 1 / 3
+#: Shares where healthy recordings show no such line, as the model has then not been checked: the first one, and those
+#: that are tried where something unknown acts as well.
+UNCHECKED = (0.2, 0.5, 1.0)
+#: A smaller share is left out: the tolerance of an effect's law at each probe covers it.
+LEAST = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class TransferError:
+    """The share by which responses may be wrong.
+
+    Attributes
+    ----------
+    share : ndarray (probes, orders)
+    beside : ndarray (probes, probes), bool
+        Probes at the same place that measure the same quantity.
+    is_checked : bool
+        Whether healthy recordings told the share.
+    """
+
+    share: np.ndarray
+    beside: np.ndarray
+    is_checked: bool = True
+
+    def options(self) -> list[TransferError]:
+        """Return what it may be as well: itself where it was checked."""
+        if self.is_checked:
+            return [self]
+        return [replace(self, share=np.full(self.share.shape, share)) for share in UNCHECKED]
+
+    def directions(self, response: np.ndarray, conditions: tuple[Condition, ...]) -> np.ndarray:
+        """Return independent errors of a response, each of standard deviation 1, up to their complex phase.
+
+        Both shapes end in (conditions, probes, orders).
+        """
+        size = (np.abs(response) ** 2).sum(axis=0)
+        largest = np.argmax(np.where(self.beside[:, :, None], size[None], -1.0), axis=1)
+        present = np.take_along_axis(size, largest, axis=0) > 0
+        values, vectors = np.linalg.eigh(similarity(conditions))
+        ways = (vectors * np.sqrt(np.maximum(values, 0.0)))[:, values > 1e-3 * values.max()].T
+        places = np.argwhere(present & (self.share > LEAST))
+        wrong = np.zeros((len(places), len(ways), *response.shape), dtype=complex)
+        for row, (probe, order) in enumerate(places):
+            as_large = response[:, largest[probe, order], order]
+            wrong[row, :, :, probe, order] = self.share[probe, order] * ways * as_large
+        return wrong.reshape(-1, *response.shape)
+
+
+def none_of(lines: OrderLines) -> TransferError:
+    """Return that responses are right."""
+    probes = len(lines.probes)
+    return TransferError(np.zeros(lines.seen.shape[1:]), np.eye(probes, dtype=bool))
+
+
+def learnt(current: Baseline, healthy: OrderLines, probes: Sequence[Probe]) -> TransferError:
+    """Return by which share the calibrated machine misses healthy lines that it makes itself.
+
+    Orders of which nothing is learnt have their probe's rms, probes of which nothing is learnt that of all.
+
+    Parameters
+    ----------
+    current : Baseline
+        Calibrated, in the healthy conditions.
+    healthy : OrderLines
+    probes : sequence of Probe
+        Of the machine, in any order.
+    """
+    places = {probe.name: (probe.location, probe.quantity) for probe in probes}
+    own = [places[name] for name in healthy.probes]
+    beside = np.array([[one == other for other in own] for one in own])
+    seen = healthy.seen
+    count = seen.sum(axis=0)
+    noise = np.where(seen, healthy.deviations, 0.0) ** 2
+    size = np.where(seen, np.abs(healthy.amplitudes) ** 2 / 2, 0.0).sum(axis=0)
+    made = np.where(seen, np.abs(current.lines) ** 2 / 2, 0.0).sum(axis=0)
+    clear = (count > 1) & (size > CLEAR**2 * noise.sum(axis=0)) & (made > LEAST_MADE**2 * size)
+    if not clear.any():
+        return TransferError(np.full(clear.shape, UNCHECKED[0]), beside, is_checked=False)
+    # The gain of each probe has been fitted as well.
+    left = np.maximum(left_power(current, healthy), 0.0) * count / np.maximum(count - 1, 1)
+    power = np.where(clear, left / np.where(size > 0, size, 1.0), 0.0)
+    of_all = power.sum() / clear.sum()
+    of_probe = np.where(clear.any(axis=1), power.sum(axis=1) / np.maximum(clear.sum(axis=1), 1), of_all)
+    share = np.sqrt(np.where(clear, power, of_probe[:, None]))
+    return TransferError(np.minimum(share, 1.0), beside)
