@@ -217,9 +217,11 @@ def check_tacho(signal: np.ndarray, *, rate_hz: float, name: str) -> list[DataCh
 
 
 def repair(signal: np.ndarray) -> np.ndarray:
-    """Return the signal with missing samples interpolated linearly; unchanged when none is missing."""
+    """Return the signal with missing samples interpolated linearly; unchanged when none is missing, 0 when all are."""
     finite = np.isfinite(signal)
     if finite.all():
         return signal
+    if not finite.any():
+        return np.zeros_like(signal)
     index = np.arange(signal.size)
     return np.interp(index, index[finite], signal[finite])

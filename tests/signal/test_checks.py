@@ -210,6 +210,10 @@ def test_repair_joins_by_straight_lines_and_holds_the_ends():
     assert repair(signal).tolist() == [1.0, 1.0, 2.0, 3.0, 4.0, 4.0]
 
 
+def test_repair_of_a_channel_without_any_sample_is_a_dead_one():
+    assert repair(np.full(3, np.nan)).tolist() == [0.0, 0.0, 0.0]
+
+
 def test_repair_leaves_a_whole_signal_alone():
     signal = vibration()
     assert repair(signal) is signal
