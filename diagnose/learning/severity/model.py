@@ -300,6 +300,13 @@ def _check_record(recording: Recording, card: dict[str, Any]) -> None:
             f"Channel {wrong[0]} measures {there[wrong[0]] or 'something of unknown unit'}; the model needs "
             f"{card['quantities'][wrong[0]]}. Pass --unit or --sensitivity, or use another model."
         )
+    for name in card["probes"]:
+        lost = int((~np.isfinite(recording.signals[list(there).index(name)])).sum())
+        if lost:
+            raise InvalidValueError(
+                f"Channel {name} lacks {lost} of {recording.samples} samples; the model needs all. Cut the gap out, or "
+                "record again."
+            )
     for what, value, needed, unit in (
         ("Sampling rate", recording.rate_hz, _RATE_SHARE * card["rate_hz"], "Hz"),
         ("Length", recording.duration_s, _LENGTH_SHARE * card["duration_s"], "s"),

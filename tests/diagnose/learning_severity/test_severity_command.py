@@ -44,6 +44,12 @@ def folder(tmp_path_factory) -> Path:
         simulate = ("simulate", "amb_rotor", "--set", "unbalance_kg_m=2e-5", *effects)
         told = rotorwise(*simulate, "--speed", speed, "--duration", 1, "--rate", rate, "-o", place / name)
         assert told.returncode == 0, told.stderr
+    lines = (place / "offset.csv").read_text().splitlines()
+    for row in (-30, -29, -28):
+        cells = lines[row].split(",")
+        lines[row] = ",".join([cells[0], "nan", *cells[2:]])
+    (place / "gap.csv").write_text("\n".join(lines) + "\n")
+    shutil.copy(place / "offset.toml", place / "gap.toml")
     return place
 
 
@@ -69,6 +75,7 @@ def test_an_offset_is_estimated_and_the_zones_are_compared(folder):
         ("fast.csv", "the model was trained from 2950 to 3050 rpm"),
         ("coarse.csv", "Sampling rate 1000 Hz; the model needs"),
         ("absent.csv", "absent.csv"),
+        ("gap.csv", "Channel path_2 lacks 3 of 2000 samples"),
     ],
 )
 def test_records_outside_the_training_are_refused_and_the_others_answered(folder, name, said):
