@@ -62,15 +62,6 @@ def _contact_force(signals, parameters, x, inputs, outputs, u):  # type: ignore[
         u[on_x, lane] += parameters[_CORE, lane] * x[across, lane]
         u[on_y, lane] += parameters[_CORE, lane] * x[upward, lane]
     for ball in range(_FIRST_BALL, _FIRST_BALL + 2 * balls, 2):
-        touching = 0
-        for lane in range(u.shape[1]):
-            cos = signals[0, lane] * parameters[ball, lane] - signals[1, lane] * parameters[ball + 1, lane]
-            sin = signals[1, lane] * parameters[ball, lane] + signals[0, lane] * parameters[ball + 1, lane]
-            if x[across, lane] * cos + x[upward, lane] * sin > parameters[_CLEARANCE, lane]:
-                touching += 1
-        # More than half of the balls carry nothing in any lane, and the root is what costs most.
-        if touching == 0:
-            continue
         for lane in range(u.shape[1]):
             cos = signals[0, lane] * parameters[ball, lane] - signals[1, lane] * parameters[ball + 1, lane]
             sin = signals[1, lane] * parameters[ball, lane] + signals[0, lane] * parameters[ball + 1, lane]

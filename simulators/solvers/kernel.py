@@ -13,8 +13,23 @@ from __future__ import annotations
 
 import numba
 
-from .kernel_types import CUBE, DEEP, INDEX, INNER, JUMP, MATH, MATRIX, OPTIONS, PLAN, SIGNALS, TABLE, VECTOR, compiled
-from .law_call import call_force, call_jump, call_products, clear_numbers, copy_numbers, rows_of
+from .kernel_types import (
+    CUBE,
+    DEEP,
+    INDEX,
+    INNER,
+    JUMP,
+    MATH,
+    MATRIX,
+    OPTIONS,
+    PLAN,
+    ROWS,
+    SIGNALS,
+    TABLE,
+    VECTOR,
+    compiled,
+)
+from .law_call import call_force, call_jump, call_products, clear_numbers, copy_numbers, numbers_of, rows_of
 
 
 @numba.njit(**INNER)
@@ -24,22 +39,21 @@ def _evaluate_forces(plan, parameters, signals, instant, jumping, x, u):  # type
     lanes, coefficients, own = u.shape[1], signals[1], signals[2][instant]
     copy_numbers(u, 0, signals[0], instant * u.size, u.size)  # type: ignore[call-arg]
     for k in range(table.shape[0]):
-        if table[k, 0] >= 0:
-            its_own = jumping if table[k, 9] >= 0 else own
+        kind, read, reads, act, acts, row, rows, first, last, jumps = numbers_of(table, k)  # type: ignore[call-arg,misc]
+        if kind >= 0:
             call_force(  # type: ignore[call-arg]
-                addresses[table[k, 0]],
-                rows_of(its_own, table[k, 5], table[k, 6]),  # type: ignore[call-arg]
-                rows_of(parameters, table[k, 7], table[k, 8]),
+                addresses[kind],
+                rows_of(jumping if jumps >= 0 else own, row, rows),  # type: ignore[call-arg]
+                rows_of(parameters, first, last),
                 x,
-                rows_of(inputs, table[k, 1], table[k, 2]),
-                rows_of(outputs, table[k, 3], table[k, 4]),
+                rows_of(inputs, read, reads),
+                rows_of(outputs, act, acts),
                 u,
             )
             continue
         # Without slices: each costs as much as a few products, and a single lane has only those.
-        row = table[k, 5]
-        for i in range(table[k, 3], table[k, 4]):
-            for j in range(table[k, 1], table[k, 2]):
+        for i in range(act, acts):
+            for j in range(read, reads):
                 for lane in range(lanes):
                     u[outputs[i], lane] += coefficients[row, instant, lane] * x[inputs[j], lane]
                 row += 1
@@ -92,7 +106,7 @@ def _products(memory, work, flat, rows, program, parts, stage):  # type: ignore[
 
 
 @compiled(
-    numba.void(VECTOR, MATRIX, INDEX, TABLE, INDEX, MATRIX, PLAN, MATRIX, SIGNALS, JUMP, MATRIX, DEEP, CUBE),
+    numba.void(VECTOR, MATRIX, ROWS, TABLE, INDEX, MATRIX, PLAN, MATRIX, SIGNALS, JUMP, MATRIX, DEEP, CUBE),
     fastmath=MATH,
     **OPTIONS,
 )

@@ -14,7 +14,7 @@ import numba
 import numpy as np
 
 from .kernel_types import CUBE, HIDDEN, INNER, JUMP, MATRIX, PLAN, VECTOR, compiled
-from .law_call import call_force, rows_of
+from .law_call import call_force, numbers_of, rows_of
 
 
 @numba.njit(**INNER)
@@ -72,14 +72,15 @@ def apply_jump(jump, work, plan, parameters, event, branches):  # type: ignore[n
     numbers, tables, room = jump
     table, inputs, address = plan[0], plan[1], plan[3]
     lane, which = np.int64(event[1]), np.int64(event[2])
-    end, height, count, wide, k = numbers[3], numbers[4], numbers[5], numbers[6], numbers[7 + which]
-    own, given = table[k, 8] - table[k, 7], table[k, 7]
+    end, height, count, wide = numbers[3], numbers[4], numbers[5], numbers[6]
+    kind, read, reads, _, _, _, _, given, last, _ = numbers_of(table, numbers[7 + which])  # type: ignore[call-arg,misc]
+    own = last - given
     forces = own + 6 * count
     zero = forces + 9 * wide
     order = rows_of(numbers, numbers.size - (count if count > wide else wide), numbers.size)  # type: ignore[call-arg]
     for i in range(own):
         room[i, 0] = parameters[given + i, lane]
-    _smooth_motion(jump, work, rows_of(inputs, table[k, 1], table[k, 2]), lane, event, room, own)
+    _smooth_motion(jump, work, rows_of(inputs, read, reads), lane, event, room, own)
     for sweep in range(3):
         for side in range(6):
             at = forces + side * wide
@@ -88,7 +89,7 @@ def apply_jump(jump, work, plan, parameters, event, branches):  # type: ignore[n
             # Three instants on the old branch and the smooth motion, then on the new branch and the moved one.
             x = rows_of(room, own + side * count, own + (side + 1) * count)
             u = rows_of(room, at, at + wide)
-            call_force(address[table[k, 0]], branches[side], rows_of(room, 0, own), x, order, order, u)  # type: ignore[call-arg]
+            call_force(address[kind], branches[side], rows_of(room, 0, own), x, order, order, u)  # type: ignore[call-arg]
         _weigh(event, room, forces, wide)
         for part in range(1, 3 if sweep < 2 else 2):
             # Half-way and at the end; at last all states at the end.

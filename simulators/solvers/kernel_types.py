@@ -27,6 +27,8 @@ VECTOR, MATRIX, CUBE = numba.float64[::1], numba.float64[:, ::1], numba.float64[
 DEEP, INDEX, TABLE = numba.float64[:, :, :, ::1], numba.int64[::1], numba.int64[:, ::1]
 #: Plan of the forces, inputs, outputs and addresses of the compiled forces.
 PLAN = numba.types.Tuple((TABLE, INDEX, INDEX, INDEX))
+#: `layout.Layout.rows`: as a tuple, as each look into an array costs the compiler ten times as much.
+ROWS = numba.types.UniTuple(numba.int64, 11)
 #: Whole numbers, tables, room to work.
 JUMP = numba.types.Tuple((INDEX, CUBE, MATRIX))
 #: `plan.BlockSignals`: pushes, coefficients, halves, jumped.

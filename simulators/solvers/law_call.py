@@ -87,6 +87,21 @@ def rows_of(typing, array, start, stop):  # type: ignore[no-untyped-def]
 
 
 @intrinsic
+def numbers_of(typing, table, row):  # type: ignore[no-untyped-def]
+    """Return the ten whole numbers of a row of `plan.ForcePlan.rows`."""
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        start = builder.mul(arguments[1], ir.Constant(arguments[1].type, 10))
+        places = [builder.add(start, ir.Constant(start.type, i)) for i in range(10)]
+        return context.make_tuple(
+            builder, signature.return_type, [builder.load(builder.gep(data, [own])) for own in places]
+        )
+
+    return types.UniTuple(types.int64, 10)(table, types.int64), generate
+
+
+@intrinsic
 def copy_numbers(typing, target, start, source, begin, count):  # type: ignore[no-untyped-def]
     """Copy so many neighbouring numbers; as a loop it would be compiled for every case of overlapping arrays."""
 

@@ -89,7 +89,7 @@ class Stepper:
         run_block(
             layout.memory,
             layout.work,
-            layout.rows,
+            tuple(layout.rows.tolist()),
             layout.program,
             layout.parts,
             layout.diagonals,

