@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .evidence import Comparison, Problem
+from .evidence import Comparison, Problem, law_columns
 from .hypotheses import Candidate
 from .refine import FIRST_STEPS, Fit, climbed, refined
 from .screen import Start
@@ -24,9 +24,10 @@ if TYPE_CHECKING:
     from .search import Screening
 
 #: Orders that are tried, those that stand out most, and effects followed at each.
-ORDERS, FOLLOWED = 2, 4
-#: Chance below which an effect does not make its order: more than noise is left of it.
-MISFIT = 1e-3
+ORDERS, FOLLOWED = 4, 4
+#: Chance below which an effect does not make its order: more than noise is left of it; and below which a few steps
+#: towards it are enough to say so.
+MISFIT, HOPELESS = 1e-3, 1e-30
 
 Tell = Callable[[str], None]
 FewOfEach = Callable[[list[list[Start]]], list[list[Start]]]
@@ -59,8 +60,8 @@ def beside_unknown(
             widened = replace(compared.widened(added), transfer=transfer)
             for options in few_of_each(screening.against(widened.select(screening.chosen)))[:FOLLOWED]:
                 tell(f"{options[0].candidate} beside something unknown")
-                fit = _fitted(options, problem, widened)
-                if fit is None or chance_in_order(fit, widened, order) < MISFIT:
+                fit = _fitted(options, problem, widened, order)
+                if fit is None:
                     continue
                 others = frozenset(unknown.kernels) - {order}
                 fit = replace(fit, log_evidence=fit.log_evidence - cost, unknown_beside=others)
@@ -70,19 +71,25 @@ def beside_unknown(
     return sorted(found.values(), key=lambda fit: -fit.log_evidence)
 
 
-def _fitted(options: Sequence[Start], problem: Problem, widened: Comparison) -> Fit | None:
+def _fitted(options: Sequence[Start], problem: Problem, widened: Comparison, order: int) -> Fit | None:
+    """Return the fit of one effect; None where it does not make the order."""
     one, machine, predictor = options[0].candidate, problem.baseline.machine, problem.predictor
     first = climbed([one], [start.position for start in options[:1]], widened, machine, predictor, steps=FIRST_STEPS)
-    return refined([one], first.position, widened, machine, predictor) if first else None
+    if first is None or chance_in_order(first.added, widened, order, first.position.size) < HOPELESS:
+        return None
+    fit = refined([one], first.position, widened, machine, predictor)
+    makes_it = fit and chance_in_order(fit.response, widened, order, fit.position.size) > MISFIT
+    return fit if makes_it else None
 
 
-def chance_in_order(fit: Fit, compared: Comparison, order: int) -> float:
-    """Return the chance that noise, within the law's tolerance, leaves as much of one order."""
+def chance_in_order(response: np.ndarray, compared: Comparison, order: int, unknowns: int) -> float:
+    """Return the chance that noise, within the law's tolerance, leaves as much of one order as a response does."""
     from scipy.stats import chi2
 
+    law = law_columns(compared, response)
     rows = np.concatenate([np.nonzero(part)[2] == order for part in compared.lines.parts])
-    left = (compared.factor @ fit.residual)[rows]
-    directions = (compared.factor @ fit.law.T)[rows] if fit.law.size else np.zeros((int(rows.sum()), 0))
+    left = (compared.factor @ (compared.residual - compared.whitened(response)))[rows]
+    directions = (compared.factor @ law.T)[rows]
     covariance = compared.covariance[np.ix_(rows, rows)] + directions @ directions.T
     power = float(left @ np.linalg.solve(covariance, left))
-    return float(chi2.sf(power, max(int(rows.sum()) - fit.position.size, 1)))
+    return float(chi2.sf(power, max(int(rows.sum()) - unknowns, 1)))

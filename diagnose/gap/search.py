@@ -39,6 +39,8 @@ STARTS, STARTS_IN_TIME = 2, 1
 LEADERS, PARTNERS = 2, 2
 #: A second effect needs this much more evidence than the best single one.
 PAIR_MARGIN = 5.0
+#: What leaves more than this share of what differs, where clearly something does, is not followed any further.
+LITTLE, CLEARLY = 0.5, 200.0
 #: A single effect whose residual has this chance needs no partner.
 EXPLAINED = 0.3
 #: Chance below which the best hypothesis' residual is too large to be noise: what is left is then unknown.
@@ -170,8 +172,8 @@ def search(
     found = [refined([one], first.position, compared, machine, predictor) for first, one in begun[:FINISHED]]
     singles = [fit for fit in found if fit]
     singles = [fit for fit in singles if fit.log_evidence > none.log_evidence - HOPELESS]
-    singles = _jointly_best(singles, problem) if singles else []
-    pairs = _pairs(singles, screening, problem, tell) if singles else []
+    singles = _jointly_best(singles, problem, none) if singles else []
+    pairs = _pairs(singles, screening, problem, none, tell) if singles else []
     unknown = unexplained(compared, kernels)
     fits = tuple(sorted([*singles, *pairs], key=lambda fit: -fit.log_evidence))
     count = len({candidate.name for candidate in screening.atoms})
@@ -207,8 +209,23 @@ def _few_of_each(screened: list[list[Start]]) -> list[list[Start]]:
     return kept
 
 
-def _jointly_best(fits: list[Fit], problem: Problem) -> list[Fit]:
-    ranked = sorted(fits, key=lambda fit: -fit.log_evidence)
+def _explains_little(power: float, none: Fit) -> bool:
+    """Return whether a squared residual is hardly smaller than without any effect, beyond noise."""
+    noise = none.residual.size
+    without = float(none.residual @ none.residual) - noise
+    return without > CLEARLY and power - noise > LITTLE * without
+
+
+def _power(fit: Fit) -> float:
+    return float(fit.residual @ Widened(fit.law).solve(fit.residual))
+
+
+def _jointly_best(fits: list[Fit], problem: Problem, none: Fit) -> list[Fit]:
+    """Return the fits, those that explain most with the machine's own unknowns fitted beside them."""
+    little = [fit for fit in fits if _explains_little(_power(fit), none)]
+    ranked = sorted([fit for fit in fits if fit not in little], key=lambda fit: -fit.log_evidence)
+    if not ranked:
+        return little
     joint: list[Fit] = []
     for count, fit in enumerate(ranked):
         best = max((one.log_evidence for one in joint), default=fit.log_evidence)
@@ -223,13 +240,15 @@ def _jointly_best(fits: list[Fit], problem: Problem) -> list[Fit]:
         joint.append(fit if far and in_time else jointly(fit, problem, moves=0))
     best, seen = max(one.log_evidence for one in joint), {one.names for one in joint}
     rest = [fit for fit in ranked if fit.names not in seen]
-    return [jointly(fit, problem, moves=MOVES) if fit.log_evidence > best - CLOSE else fit for fit in joint] + rest
+    close = [jointly(fit, problem, moves=MOVES) if fit.log_evidence > best - CLOSE else fit for fit in joint]
+    return close + rest + little
 
 
 def _pairs(
     singles: list[Fit],
     screening: Screening,
     problem: Problem,
+    none: Fit,
     tell: Tell,
 ) -> list[Fit]:
     """Return two effects together, where the second explains clearly more."""
@@ -247,7 +266,9 @@ def _pairs(
             both = [leader.candidates[0], options[0].candidate]
             machine, predictor = problem.baseline.machine, problem.predictor
             first = climbed(both, places, compared, machine, predictor, steps=FIRST_STEPS)
-            fit = refined(both, first.position, compared, machine, predictor) if first else None
+            if first is None or _explains_little(2 * first.objective, none):
+                continue
+            fit = refined(both, first.position, compared, machine, predictor)
             found += [fit] if fit else []
     kept: dict[tuple[str, ...], Fit] = {}
     for fit in sorted(found, key=lambda fit: -fit.log_evidence):
@@ -299,5 +320,4 @@ def _chance_of_residual(fit: Fit) -> float:
     """Return the chance that noise, within the law's tolerance, leaves as large a residual."""
     from scipy.stats import chi2
 
-    power = float(fit.residual @ Widened(fit.law).solve(fit.residual))
-    return float(chi2.sf(power, max(fit.residual.size - fit.position.size, 1)))
+    return float(chi2.sf(_power(fit), max(fit.residual.size - fit.position.size, 1)))

@@ -16,7 +16,7 @@ from rotorwise.simulators.machine import Machine
 from .made_campaigns import altered, recorded
 
 SPEEDS_RPM = (1200.0, 1600.0, 2000.0, 2500.0)
-HOW = {"rate_hz": 6400.0, "duration_s": 1.5}
+HOW = {"rate_hz": 3200.0, "duration_s": 1.5}
 HIDDEN = TwiceLineForce(force_n=30.0, torque_n_m=1.0)
 COMPETING = frozenset(("unbalance", "shaft_bow", "coupling_misalignment", "looseness", "twice_line_force"))
 
