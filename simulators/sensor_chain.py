@@ -139,12 +139,14 @@ class SensorChain:
         density = np.array([self.noise.get(channel.unit, 0.0) for channel in record.channels])
         if not density.any():
             return np.zeros((len(density), 1))
+        from scipy.fft import irfft, rfft
+
         count = record.signals.shape[1]
-        spectrum = np.fft.rfft(generator.normal(size=(density.size, count)), axis=1)
+        spectrum = rfft(generator.normal(size=(density.size, count)), axis=1)
         frequency = np.fft.rfftfreq(count, 1 / record.rate_hz)
         frequency[0] = frequency[1] if count > 1 else 1.0
         spectrum *= np.sqrt(1 + self.noise_corner_hz / frequency)
-        return density[:, None] * math.sqrt(record.rate_hz / 2) * np.fft.irfft(spectrum, count, axis=1)
+        return density[:, None] * math.sqrt(record.rate_hz / 2) * irfft(spectrum, count, axis=1)
 
     def _converted(self, record: SensorRecord) -> np.ndarray:
         end, middle = record.full_scale[:, None], record.middle[:, None]

@@ -220,13 +220,13 @@ class BlockSignals:
 
 
 class Room:
-    """Memory for signals that is used again for every block: fresh memory costs more than what is written into it."""
+    """Memory for the signals of one plan, used again for every block: fresh memory costs more than writing into it."""
 
     def __init__(self) -> None:
         self._kept: dict[str, np.ndarray] = {}
 
     def array(self, name: str, *shape: int) -> np.ndarray:
-        """Return an array of this shape with any content."""
+        """Return an array of this shape; zero where no array of this name has been written to."""
         size = math.prod(shape)
         if name not in self._kept or self._kept[name].size < size:
             self._kept[name] = np.zeros(size)
@@ -241,6 +241,7 @@ def block_signals(
     half_times = start_s + 0.5 * step_s * np.arange(2 * done, 2 * (done + steps) + 1)
     timeline = plan.timeline(half_times, 0.5 * step_s)
     linear, compiled, jumping = plan.signal_counts
+    # Instants first: a column into which no linear law pushes stays zero, however long the blocks are.
     pushes = room.array("pushes", half_times.size, plan.columns, plan.lanes)
     coefficients = room.array("coefficients", linear, half_times.size, plan.lanes)
     halves = room.array("halves", half_times.size, compiled, plan.lanes)
@@ -261,7 +262,6 @@ def block_signals(
             else:
                 pushes[:, act], written[act] = push, True
         coefficients[place] = own[acts.size :]
-    pushes[:, ~written] = 0.0
     if plan.jumping:
         from .jumps import all_jumps
 
