@@ -20,6 +20,7 @@ from rotorwise.datasets.recording import Campaign, Channel, Recording
 from rotorwise.diagnose.gap.explain import explain_gap
 from rotorwise.diagnose.gap.result import GapResult
 from rotorwise.simulators.machine import Machine
+from scipy.ndimage import gaussian_filter1d
 
 #: What the engine is given; everything else is for the judgement.
 SEEN_SPEEDS, SEEN_CLASS = ("1200", "2400"), "VHIL"
@@ -30,8 +31,8 @@ SENSITIVITY = "20 mV/g"
 COMPETING = frozenset({"unbalance", "coupling_misalignment", "shaft_bow", "rotating_coupling_force"})
 #: A pulse made from 1X is neither steady nor a measured one; the sensors' mean is not what is asked here.
 NOT_ASKED = frozenset({"speed_wander", "clock_error", "dc_drift"})
-#: Width of the filter about 1X, in Hz, and of the pulse, in turns.
-_FILTER_HZ, _PULSE = 1.0, 0.02
+#: Standard deviations: of the time over which 1X is averaged, and of the pulse in turns.
+_AVERAGED_S, _PULSE = 0.1, 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +81,10 @@ def pulses_of_first_order(signal: np.ndarray, rate_hz: float, speed_rpm: float) 
     spectrum, frequency = np.fft.rfft(signal - signal.mean()), np.fft.rfftfreq(signal.size, 1 / rate_hz)
     near = abs(frequency / (speed_rpm / 60) - 1) < 0.04
     middle = frequency[near][np.argmax(abs(spectrum[near]))]
-    one_sided = np.zeros(signal.size, dtype=complex)
-    one_sided[: frequency.size] = spectrum * np.exp(-0.5 * ((frequency - middle) / _FILTER_HZ) ** 2)
-    turns = np.unwrap(np.angle(np.fft.ifft(one_sided))) / (2 * np.pi)
+    carrier = np.exp(-2j * np.pi * middle * np.arange(signal.size) / rate_hz)
+    # A mean over neighbours that are there, also at the ends: a filter that takes the record as periodic turns them.
+    width = _AVERAGED_S * rate_hz
+    slow = gaussian_filter1d((signal - signal.mean()) * carrier, width, mode="constant")
+    slow /= gaussian_filter1d(np.ones(signal.size), width, mode="constant")
+    turns = np.unwrap(np.angle(slow * carrier.conj())) / (2 * np.pi)
     return np.exp(-0.5 * ((turns - np.round(turns)) / _PULSE) ** 2)

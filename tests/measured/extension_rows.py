@@ -94,6 +94,7 @@ def _table(machine: Machine, states: Sequence[_State], seed: int, forces: Sequen
             "case": np.array([state.fault for state in states]),
             "speed_rpm": np.array([state.speed_rpm for state in states]),
             "load": np.zeros(count),
+            "split": np.repeat("train", count),
         },
     )
 
