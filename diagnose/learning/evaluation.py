@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -123,26 +124,35 @@ def calibration(found: Judged) -> list[dict[str, float]]:
 
 
 def by_column(found: Judged, column: np.ndarray, *, bins: int = 3) -> dict[str, dict[str, Any]]:
-    """Return right, false alarms and unknown for ranges of a condition that hold equally many rows.
+    """Return right, false alarms and unknown by a condition: for each value where these are few, else for ranges.
 
     Parameters
     ----------
     found : Judged
     column : array (rows,)
         Speed or load; rows without one (NaN) are left out.
+    bins : int
+        Ranges, and the most values that are kept apart.
     """
-    known = np.isfinite(column)
-    if not known.any():
-        return {}
-    edges = np.unique(np.quantile(column[known], np.linspace(0, 1, bins + 1)))
-    parts: dict[str, dict[str, Any]] = {}
-    for number, low in enumerate(edges[:-1] if edges.size > 1 else edges):
-        high = edges[number + 1] if edges.size > 1 else low
-        inside = known & (column >= low) & ((column < high) | (high == edges[-1]) & (column <= high))
+    parts = {}
+    for label, inside in _ranges(column, bins).items():
         part = scores(found.where(inside))
         keys = ("rows", "right", "balanced_recall", "false_alarms", "unknown")
-        parts[f"{low:.4g} to {high:.4g}"] = {key: part[key] for key in keys}
+        parts[label] = {key: part[key] for key in keys}
     return parts
+
+
+def _ranges(column: np.ndarray, bins: int) -> dict[str, np.ndarray]:
+    known = np.isfinite(column)
+    values = np.unique(column[known])
+    if values.size <= bins:
+        return {f"{value:.4g}": column == value for value in values}
+    edges = np.unique(np.quantile(column[known], np.linspace(0, 1, bins + 1)))
+    found = {}
+    for low, high in pairwise(edges):
+        last = high == edges[-1]
+        found[f"{low:.4g} to {high:.4g}"] = known & (column >= low) & ((column <= high) if last else (column < high))
+    return found
 
 
 def _calibration_error(curve: list[dict[str, float]]) -> float | None:

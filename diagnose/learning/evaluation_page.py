@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -149,9 +148,34 @@ def _card(card: Mapping[str, Any]) -> str:
 
 
 def _words(value: object) -> str:
+    """Return an entry of a card in words: numbers short, tables within tables by their single numbers only."""
+    if isinstance(value, Mapping):
+        parts = {key: one for key, one in value.items() if not isinstance(one, list) or _is_plain(one)}
+        return "; ".join(f"{str(key).replace('_', ' ')}: {_inner(one)}" for key, one in parts.items()) or "-"
     if isinstance(value, list) and len(value) > 8:
         return f"{len(value)}: {', '.join(map(str, value[:4]))}, ..."
-    return value if isinstance(value, str) else json.dumps(value)
+    if isinstance(value, list):
+        return ", ".join(map(str, value)) or "-"
+    return (
+        "yes"
+        if value is True
+        else "no"
+        if value is False
+        else f"{value:.4g}"
+        if isinstance(value, float)
+        else str(value)
+    )
+
+
+def _inner(value: object) -> str:
+    if not isinstance(value, Mapping):
+        return _words(value)
+    single = {key: one for key, one in value.items() if isinstance(one, int | float | str)}
+    return ", ".join(f"{str(key).replace('_', ' ')} {_words(one)}" for key, one in single.items()) or "-"
+
+
+def _is_plain(value: list[Any]) -> bool:
+    return not any(isinstance(one, Mapping) for one in value)
 
 
 def _percent(value: float | None) -> str:

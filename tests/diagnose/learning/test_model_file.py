@@ -12,7 +12,7 @@ from rotorwise.diagnose.learning import default_model as shipped
 from rotorwise.diagnose.learning import model_file
 from rotorwise.diagnose.learning.archive import digest
 from rotorwise.diagnose.learning.combination import Weights, fit_weights, log_odds
-from rotorwise.diagnose.learning.evaluation import Judged, scores
+from rotorwise.diagnose.learning.evaluation import Judged, by_column, scores
 from rotorwise.diagnose.learning.feature_file import FeatureFileError, features_bytes, read_features, write_features
 from rotorwise.diagnose.learning.model_file import ModelFileError, load_model, model_bytes, model_from_bytes, save_model
 from rotorwise.diagnose.learning.training import train
@@ -137,6 +137,19 @@ def test_scores_count_as_one_would_by_hand() -> None:
     assert got["unknown"] == 1 / 6
     assert got["confusion"]["rub"] == {"healthy": 1, "rub": 1, "unknown": 1}
     assert sum(one["rows"] for one in got["calibration"]) == 5
+
+
+def test_conditions_are_values_where_they_are_few_and_ranges_else() -> None:
+    rows = 12
+    found = Judged(
+        *(np.repeat("healthy", rows) for _ in range(2)), *(np.full(rows, 0.9) for _ in range(2)), unknown_below=0.02
+    )
+    two = by_column(found, np.where(np.arange(rows) < 4, 1000.0, 2000.0))
+    assert {name: part["rows"] for name, part in two.items()} == {"1000": 4, "2000": 8}
+    many = by_column(found, np.r_[np.nan, np.arange(1.0, rows)])
+    assert sum(part["rows"] for part in many.values()) == rows - 1
+    assert len(many) == 3
+    assert by_column(found, np.full(rows, np.nan)) == {}
 
 
 def test_weights_of_independent_evidence_are_found_again() -> None:
