@@ -33,6 +33,7 @@ from cases import DATA
 from extension_machines import SEEN_CLASS, SEEN_SPEEDS, machines
 from extension_rows import table_of_machine, with_forces
 from learning_table import Seen, seen
+from rig_calibration import bench
 
 README = Path(__file__).resolve().parents[2] / "diagnose" / "learning" / "README.md"
 MARKS = ("<!-- extension table -->", "<!-- end of extension table -->")
@@ -142,17 +143,22 @@ def tables(folder: Path, *, draws: int, seed: int) -> dict[str, FeatureTable]:
 
     Where the engine added no force, the last two are the same.
     """
-    places = {way: folder / f"{way}-{draws}-{seed}.parquet" for way in WAYS}
-    if not all(place.is_file() for place in places.values()):
+    options = {"draws": draws, "seed": seed}
+    given, calibrated, extended = places = [folder / f"{way}-{draws}-{seed}.parquet" for way in WAYS]
+    if not given.is_file():
+        _keep(table_of_machine(bench(), **options), given)
+    if not (calibrated.is_file() and extended.is_file()):
         found = machines(lambda what: print(what, file=sys.stderr, flush=True))
         forces = [one for one in found.extended.effects if isinstance(one, EmpiricalForce)]
         print(f"engine: {found.answer.kind}, {len(forces)} forces", *found.answer.remarks, sep="\n- ", flush=True)
-        options = {"draws": draws, "seed": seed}
-        given, calibrated = (table_of_machine(one, **options) for one in (found.given, found.calibrated))
-        extended = with_forces(calibrated, found.calibrated, forces, **options) if forces else calibrated
-        for way, table in zip(WAYS, (given, calibrated, extended), strict=True):
-            write_features(table, places[way], {"machine": way, **options}, force=True)
-    return {way: read_features(place)[0] for way, place in places.items()}
+        table = table_of_machine(found.calibrated, **options)
+        _keep(with_forces(table, found.calibrated, forces, **options) if forces else table, extended)
+        _keep(table, calibrated)
+    return {way: read_features(place)[0] for way, place in zip(WAYS, places, strict=True)}
+
+
+def _keep(table: FeatureTable, place: Path) -> None:
+    write_features(table, place, {"made_by": Path(__file__).name, "file": place.name}, force=True)
 
 
 def on_simulation(table: FeatureTable, model: str) -> dict[str, tuple[int, int]]:
