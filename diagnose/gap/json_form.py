@@ -7,7 +7,7 @@ from typing import Any
 
 from ..json_output import number
 from .lines import Condition, LineKind
-from .result import AddedForce, Cause, Estimate, GapResult, ResidualLine
+from .result import AddedForce, Cause, Estimate, GapResult, ResidualLine, Score
 from .words import line_names, mesh_orders, sentence_of
 
 
@@ -26,7 +26,8 @@ def as_json(result: GapResult) -> dict[str, Any]:
         },
         "empirical": [_force(one) for one in result.empirical],
         "probabilities": [
-            {"effects": list(names), "probability": number(value)} for names, value in result.probabilities.items()
+            {"effects": list(names), "probability": number(value), **_score(result.scores.get(names))}
+            for names, value in result.probabilities.items()
         ],
         "residuals": [_residual(one, measured.conditions, names) for one in result.residuals],
         "gain": {
@@ -57,6 +58,14 @@ def _cause(cause: Cause) -> dict[str, Any]:
         "probability": number(cause.probability),
         "parameters": {name: _estimate(one) for name, one in cause.parameters.items()},
         "check": cause.check,
+    }
+
+
+def _score(score: Score | None) -> dict[str, float | None]:
+    """Return the figures of a hypothesis that was fitted; none of one that only had a first look."""
+    return {
+        "log_evidence": number(score.log_evidence) if score else None,
+        "log_prediction": number(score.log_prediction) if score else None,
     }
 
 

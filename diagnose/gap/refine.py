@@ -54,6 +54,8 @@ class Fit:
         With the machine's own unknowns where they were when the effects were fitted; None when not fitted together.
     unknown_beside : frozenset of int
         Numbers of the orders that something unknown makes beside the effect.
+    compared : Comparison, optional
+        In which it was fitted.
     """
 
     candidates: tuple[Candidate, ...]
@@ -66,6 +68,7 @@ class Fit:
     law: np.ndarray
     problem: Problem | None = None
     unknown_beside: frozenset[int] = frozenset()
+    compared: Comparison | None = None
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -277,7 +280,8 @@ def _fit(
         - 0.5 * float(np.linalg.slogdet(information)[1])
     )
     covariance = np.linalg.inv(information)
-    return Fit(tuple(chosen), position, covariance, added, slopes, evidence, residual, law.directions)
+    found = Fit(tuple(chosen), position, covariance, added, slopes, evidence, residual, law.directions)
+    return replace(found, compared=compared)
 
 
 @dataclass(frozen=True, eq=False)

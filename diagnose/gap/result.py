@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -146,6 +146,22 @@ class Gain:
     held_out: tuple[int, ...]
 
 
+@dataclass(frozen=True)
+class Score:
+    """Two figures of one hypothesis, natural logarithms of densities.
+
+    Attributes
+    ----------
+    log_evidence : float
+        Of all conditions together.
+    log_prediction : float
+        Of each condition given the others, summed.
+    """
+
+    log_evidence: float
+    log_prediction: float
+
+
 @dataclass(frozen=True, eq=False)
 class GapResult:
     """What a simulated machine gets wrong about a measured one, and why.
@@ -187,6 +203,8 @@ class GapResult:
     remarks : tuple of str
     empirical : tuple of AddedForce
         For "unknown": the forces that ``extended`` has for what no effect explains.
+    scores : mapping of tuple of str to Score
+        Evidence, and prediction of each condition from the others, of the hypotheses that were fitted.
     """
 
     kind: str
@@ -208,3 +226,4 @@ class GapResult:
     not_compared: Mapping[str, str]
     remarks: tuple[str, ...] = ()
     empirical: tuple[AddedForce, ...] = ()
+    scores: Mapping[tuple[str, ...], Score] = field(default_factory=dict)

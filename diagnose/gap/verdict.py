@@ -15,8 +15,9 @@ from .evidence import Comparison, Widened
 from .gain import explained
 from .judged import judged
 from .next_measurement import next_measurement
+from .prediction import score_of, score_of_unknown
 from .refine import Fit
-from .result import Cause, Estimate, Gain, GapResult, ResidualLine
+from .result import Cause, Estimate, Gain, GapResult, ResidualLine, Score
 from .search import Posterior
 from .shown_lines import sigmas
 from .waveform import SUSPECTED, accounts_for_lines
@@ -82,7 +83,18 @@ def told(
         not_compared=dict(not_compared),
         remarks=remarks,
         empirical=forces,
+        scores=_scores(posterior),
     )
+
+
+def _scores(posterior: Posterior) -> dict[tuple[str, ...], Score]:
+    """Return the figures of the best fit of each hypothesis."""
+    compared = posterior.compared
+    found = {("unknown",): score_of_unknown(posterior.unknown, compared), (): score_of(posterior.none, compared)}
+    for fit in sorted(posterior.fits, key=lambda one: -one.log_evidence):
+        if fit.names not in found:
+            found[fit.names] = score_of(fit, compared)
+    return found
 
 
 def _closest(posterior: Posterior) -> tuple[str, ...]:

@@ -112,15 +112,28 @@ def candidates_block(result: GapResult) -> str:
     if not ranked:
         return "<p>Nothing was compared.</p>"
     rows = [
-        f"<li><span>{escape(hypothesis_words(names))}</span>{_bar(p)}<span>{_percent(p)}</span></li>"
+        f"<li><span>{escape(hypothesis_words(names))}{_score(result, names)}</span>{_bar(p)}"
+        f"<span>{_percent(p)}</span></li>"
         for names, p in ranked
     ]
+    note = "Evidence, and prediction of each condition from the others: logarithms of the ratio to nothing being wrong."
     shown = f'<ol class="bars">{"".join(rows[:MOST_CANDIDATES])}</ol>'
+    shown += f'<p class="source">{note}</p>' if result.scores else ""
     more = len(rows) - MOST_CANDIDATES
     if more <= 0:
         return shown
     rest = f'<ol class="bars">{"".join(rows[MOST_CANDIDATES:])}</ol>'
     return f'{shown}<details class="fold"><summary>{more} more</summary>{rest}</details>'
+
+
+def _score(result: GapResult, names: tuple[str, ...]) -> str:
+    """Return evidence and prediction of a hypothesis against nothing being wrong; empty where it was not fitted."""
+    own, nothing = result.scores.get(names), result.scores.get(())
+    if own is None or nothing is None or not names:
+        return ""
+    evidence = own.log_evidence - nothing.log_evidence
+    prediction = own.log_prediction - nothing.log_prediction
+    return f'<br><span class="source">evidence {evidence:+.0f}, prediction {prediction:+.0f}</span>'
 
 
 def gain_block(gain: Gain) -> str:
