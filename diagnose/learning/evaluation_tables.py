@@ -35,7 +35,7 @@ def _files(files: Sequence[Mapping[str, Any]]) -> Table:
     for one in files:
         name, label = escape(Path(one["path"]).name), one["label"] or "-"
         if one["answer"] is None:
-            table.add_row(name, label, one["reason"], "", "")
+            table.add_row(name, label, escape(one["reason"]), "", "")
             continue
         answer = one["answer"] if one["answer"] != UNKNOWN else f"unknown ({one['likeliest']}?)"
         table.add_row(name, label, answer, f"{one['probability']:.2f}", f"{one['p_value']:.3f}")
