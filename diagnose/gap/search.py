@@ -12,6 +12,7 @@ from .beside_unknown import beside_unknown
 from .evidence import Comparison, Problem, Widened
 from .hypotheses import Candidate
 from .judged import judged
+from .null_distribution import chance_of_residual
 from .refine import FIRST_STEPS, Climbed, Fit, climbed, jointly, nothing, refined
 from .screen import Atom, Start, starts
 from .unknown_force import Unknown, unexplained
@@ -151,7 +152,7 @@ def search(
     every = screening.best()
     plain = nothing(screening.compared).log_evidence
     first_look = {}
-    if _chance_of_residual(none) > GOOD:
+    if chance_of_residual(none) > GOOD:
         first_look = {o[0].candidate: o[0].score - plain for o in every if o[0].score <= plain}
     screened = [options for options in _few_of_each(every)[:REFINED] if options[0].candidate not in first_look]
     screened = [
@@ -254,7 +255,7 @@ def _pairs(
     """Return two effects together, where the second explains clearly more."""
     leaders = sorted(singles, key=lambda fit: -fit.log_evidence)[:LEADERS]
     best = leaders[0].log_evidence
-    if _chance_of_residual(leaders[0]) > EXPLAINED:
+    if chance_of_residual(leaders[0]) > EXPLAINED:
         return []
     compared, found = problem.plain(), []
     for leader in leaders:
@@ -301,7 +302,7 @@ def _posterior(
     misfit = 1.0
     if "unknown" not in top:
         winner = next((fit for fit in (*fits, none) if fit.names == top), none)
-        misfit = _chance_of_residual(winner)
+        misfit = chance_of_residual(winner)
         if misfit < MISFIT:
             # The winner leaves more than noise: what it stands for is at best a part of the truth.
             totals["unknown",] = max(totals["unknown",], totals[top] + math.log(MISFIT / max(misfit, 1e-300)))
@@ -314,10 +315,3 @@ def _posterior(
 def _log_sum(values: Sequence[float]) -> float:
     largest = max(values)
     return largest + math.log(sum(math.exp(value - largest) for value in values))
-
-
-def _chance_of_residual(fit: Fit) -> float:
-    """Return the chance that noise, within the law's tolerance, leaves as large a residual."""
-    from scipy.stats import chi2
-
-    return float(chi2.sf(_power(fit), max(fit.residual.size - fit.position.size, 1)))
