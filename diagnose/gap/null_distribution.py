@@ -13,7 +13,7 @@ from .evidence import Widened
 from .refine import CIRCLE_PRECISION, Fit
 
 DRAWS = 1000
-#: Fewer draws than this above a residual do not tell its chance: then the tail of a gamma distribution through all does.
+#: Fewer draws than this above a residual do not tell its chance: the tail of a gamma distribution through all does.
 FEW = 20
 
 
