@@ -4,9 +4,11 @@ import importlib.util
 
 import numpy as np
 import pytest
+from numba.core.event import install_recorder
 from rotorwise.simulators.effects import Unbalance
 from rotorwise.simulators.effects.ball_defect import BallDefect
 from rotorwise.simulators.effects.outer_race_defect import OuterRaceDefect
+from rotorwise.simulators.effects.rub import Rub
 from rotorwise.simulators.effects.tooth_crack import ToothCrack
 from rotorwise.simulators.errors import InvalidValueError
 from rotorwise.simulators.machine import find_machine
@@ -170,6 +172,16 @@ def test_fewer_probes_change_no_bits_and_limits_stay_watched():
     assert len(rotor_in_magnets.probes) == 4
     with pytest.raises(InvalidValueError, match=r"No probe 'nose'; allowed: accelerometer"):
         machine.simulate(probes=("nose",), **options)
+
+
+def test_a_new_combination_of_effects_compiles_nothing():
+    machine, options = find_machine("test_rig"), {"duration_s": 0.01, "rate_hz": 5000.0, "settle_s": 0.0}
+    for effect in (Unbalance(), OuterRaceDefect(), Rub()):
+        machine.with_effects(effect).simulate(speed_rpm=1800.0, **options)
+    with install_recorder("numba:compile") as compiling:
+        together = machine.with_effects(Unbalance(), OuterRaceDefect(), Rub())
+        simulate_batch([(together, 1800.0), (together, 1900.0)], **options)
+    assert not compiling.buffer
 
 
 def test_modal_coordinates_change_nothing():
