@@ -243,7 +243,7 @@ def compiled_force(function: Callable[..., None]) -> CompiledForce:
 
     All matrices have the lanes last: ``signals`` (signals, lanes), ``parameters`` (parameters, lanes), ``x`` (rows of
     C y, lanes), ``u`` (interface forces, lanes). ``inputs`` and ``outputs`` say which rows belong to the force. The
-    function loops over the lanes and adds to ``u``. It makes no arrays of its own: it is compiled without the counting of
-    references that they need, which cost as much as the force itself.
+    function loops over the lanes and adds to ``u``. It makes no arrays of its own: it is compiled without the counting
+    of references that these need.
     """
     return CompiledForce(function)
