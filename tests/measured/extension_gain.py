@@ -26,7 +26,6 @@ from rotorwise.diagnose.learning.feature_file import read_features, write_featur
 from rotorwise.diagnose.learning.feature_table import FeatureTable
 from rotorwise.diagnose.learning.learning_set import learnable, learning_set
 from rotorwise.diagnose.learning.training import UNKNOWN_BELOW
-from rotorwise.simulators.effects.empirical_force import EmpiricalForce
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from cases import DATA
@@ -141,7 +140,7 @@ def halves(table: FeatureTable, recordings: Sequence[Seen], model: str, *, times
 def tables(folder: Path, *, draws: int, seed: int) -> dict[str, FeatureTable]:
     """Return what is learned from each machine, from the folder or computed now.
 
-    Where the engine added no force, the last two are the same.
+    Where the engine added nothing, the last two are the same.
     """
     options = {"draws": draws, "seed": seed}
     given, calibrated, extended = places = [folder / f"{way}-{draws}-{seed}.parquet" for way in WAYS]
@@ -149,11 +148,12 @@ def tables(folder: Path, *, draws: int, seed: int) -> dict[str, FeatureTable]:
         _keep(table_of_machine(bench(), **options), given)
     if not (calibrated.is_file() and extended.is_file()):
         found = machines(lambda what: print(what, file=sys.stderr, flush=True))
-        forces = [one for one in found.extended.effects if isinstance(one, EmpiricalForce)]
-        print(f"engine: {found.answer.kind}, {len(forces)} forces", *found.answer.remarks, sep="\n- ", flush=True)
-        table = table_of_machine(found.calibrated, **options)
-        _keep(with_forces(table, found.calibrated, forces, **options) if forces else table, extended)
-        _keep(table, calibrated)
+        added = found.extended.effects[len(found.calibrated.effects) :]
+        print(f"engine: {found.answer.kind}", *added, *found.answer.remarks, sep="\n- ", flush=True)
+        if not calibrated.is_file():
+            _keep(table_of_machine(found.calibrated, **options), calibrated)
+        table = read_features(calibrated)[0]
+        _keep(with_forces(table, found.calibrated, added, **options) if added else table, extended)
     return {way: read_features(place)[0] for way, place in zip(WAYS, places, strict=True)}
 
 

@@ -18,7 +18,6 @@ from rotorwise.diagnose.learning.sources import HINT_ERROR
 from rotorwise.diagnose.observe import observe
 from rotorwise.simulators import effects
 from rotorwise.simulators.effect import Effect
-from rotorwise.simulators.effects.empirical_force import EmpiricalForce
 from rotorwise.simulators.machine import Machine
 from rotorwise.simulators.sensor_chain import SensorChain
 from rotorwise.simulators.solvers.simulate import Simulation, simulate_raw
@@ -66,11 +65,11 @@ def table_of_machine(machine: Machine, *, draws: int, seed: int) -> FeatureTable
 
 
 def with_forces(
-    table: FeatureTable, machine: Machine, forces: Sequence[EmpiricalForce], *, draws: int, seed: int
+    table: FeatureTable, machine: Machine, forces: Sequence[Effect], *, draws: int, seed: int
 ) -> FeatureTable:
-    """Return the table of a machine with forces in place of the catalogue's unbalance, all else as it was.
+    """Return the table with what the engine added in place of the catalogue's unbalance, all else as it was.
 
-    All forces of a record are larger or smaller by one drawn factor.
+    All additions of a record are larger or smaller by one drawn factor.
     """
     chosen = table.labels == "unbalance"
     made = _table(machine, [one for one in _states(draws, seed) if one.fault == "unbalance"], seed, forces)
@@ -79,7 +78,7 @@ def with_forces(
     return replace(table, values=values)
 
 
-def _table(machine: Machine, states: Sequence[_State], seed: int, forces: Sequence[EmpiricalForce]) -> FeatureTable:
+def _table(machine: Machine, states: Sequence[_State], seed: int, forces: Sequence[Effect]) -> FeatureTable:
     rows = []
     for _, own in groupby(states, key=lambda state: (state.draw, state.speed_rpm)):
         rows += _together(machine, list(own), seed, forces)
@@ -111,7 +110,7 @@ def _states(draws: int, seed: int) -> list[_State]:
 
 
 def _together(
-    machine: Machine, states: Sequence[_State], seed: int, forces: Sequence[EmpiricalForce]
+    machine: Machine, states: Sequence[_State], seed: int, forces: Sequence[Effect]
 ) -> Iterator[dict[str, float]]:
     """Yield the features of one draw's states at one speed, simulated side by side."""
     own = _changed(machine, states[0].draw, seed)
@@ -155,13 +154,13 @@ def _features(motion: Simulation, machine: Machine, state: _State, stream: np.ra
     return relative_features(now) | levels(now)
 
 
-def _faults(fault: str, stream: np.random.Generator, forces: Sequence[EmpiricalForce]) -> list[Effect]:
+def _faults(fault: str, stream: np.random.Generator, forces: Sequence[Effect]) -> list[Effect]:
     angle = float(stream.uniform(-math.pi, math.pi))
     size_m, moment = _log_uniform(stream, 3e-4, 3e-3), _log_uniform(stream, 1e-4, 3e-3)
     factor, seed = _log_uniform(stream, *SIZE), int(stream.integers(1_000_000))
     pit = {"at": "bearing_b", "size_m": size_m, "seed": seed}
     if fault == "unbalance" and forces:
-        return [replace(one, force_n=factor * one.force_n, axial_n=factor * one.axial_n) for one in forces]
+        return [_scaled(one, factor) for one in forces]
     made: dict[str, list[Effect]] = {
         "healthy": [],
         "unbalance": [effects.Unbalance(at="disc", moment_kg_m=moment, angle_rad=angle)],
@@ -176,6 +175,16 @@ def _faults(fault: str, stream: np.random.Generator, forces: Sequence[EmpiricalF
         "bearing_ball": [effects.BallDefect(**pit)],
     }
     return made[fault]
+
+
+def _scaled(effect: Effect, factor: float) -> Effect:
+    """Return an effect with its strengths, the parameters at whose zero it is absent, larger by a factor."""
+    sizes = {}
+    for one in effect.parameters():
+        if one.zero == 0.0:
+            low, high = one.bounds
+            sizes[one.name] = min(max(factor * getattr(effect, one.name), low), high)
+    return replace(effect, **sizes)
 
 
 def _log_uniform(stream: np.random.Generator, low: float, high: float) -> float:
