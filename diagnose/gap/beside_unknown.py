@@ -16,15 +16,15 @@ import numpy as np
 
 from .evidence import Comparison, Problem, law_columns
 from .hypotheses import Candidate
-from .refine import FIRST_STEPS, Fit, climbed, refined
+from .refine import FIRST_STEPS, Fit, climbed, nothing, refined
 from .screen import Start
-from .unknown_force import Unknown
+from .unknown_force import LEAST_GAIN, Unknown
 
 if TYPE_CHECKING:
     from .search import Screening
 
 #: Orders that are tried, those that stand out most, and effects followed at each.
-ORDERS, FOLLOWED = 4, 4
+ORDERS, FOLLOWED = 3, 4
 #: Chance below which an effect does not make its order: more than noise is left of it; and below which a few steps
 #: towards it are enough to say so.
 MISFIT, HOPELESS = 1e-3, 1e-30
@@ -58,7 +58,10 @@ def beside_unknown(
         cost += math.log(len(transfers))
         for transfer in transfers:
             widened = replace(compared.widened(added), transfer=transfer)
-            for options in few_of_each(screening.against(widened.select(screening.chosen)))[:FOLLOWED]:
+            some = widened.select(screening.chosen)
+            least = nothing(some).log_evidence + LEAST_GAIN
+            every = few_of_each(screening.against(some))
+            for options in [one for one in every if one[0].score > least and _repeats(one[0], problem)][:FOLLOWED]:
                 tell(f"{options[0].candidate} beside something unknown")
                 fit = _fitted(options, problem, widened, order)
                 if fit is None:
@@ -69,6 +72,11 @@ def beside_unknown(
                 if one not in found or fit.log_evidence > found[one].log_evidence:
                     found[one] = fit
     return sorted(found.values(), key=lambda fit: -fit.log_evidence)
+
+
+def _repeats(start: Start, problem: Problem) -> bool:
+    """Return whether the motion repeats with the shaft: the lines tried here are the shaft's."""
+    return problem.predictor.repeats(problem.baseline.machine.with_effects(start.candidate.at(start.position)))
 
 
 def _fitted(options: Sequence[Start], problem: Problem, widened: Comparison, order: int) -> Fit | None:
