@@ -146,7 +146,8 @@ class SensorChain:
         frequency = np.fft.rfftfreq(count, 1 / record.rate_hz)
         frequency[0] = frequency[1] if count > 1 else 1.0
         spectrum *= np.sqrt(1 + self.noise_corner_hz / frequency)
-        return density[:, None] * math.sqrt(record.rate_hz / 2) * irfft(spectrum, count, axis=1)
+        noise = np.asarray(irfft(spectrum, count, axis=1))
+        return density[:, None] * math.sqrt(record.rate_hz / 2) * noise
 
     def _converted(self, record: SensorRecord) -> np.ndarray:
         end, middle = record.full_scale[:, None], record.middle[:, None]

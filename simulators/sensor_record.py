@@ -87,7 +87,8 @@ def filtered(signals: np.ndarray, rate_hz: float, transfer: Callable[[np.ndarray
     long = np.pad(signals, ((0, 0), (pad, beyond)), mode="reflect", reflect_type="odd") if pad else signals
     spectrum = rfft(long, axis=1)
     spectrum *= transfer(np.fft.rfftfreq(long.shape[1], 1 / rate_hz))
-    return irfft(spectrum, long.shape[1], axis=1, overwrite_x=True)[:, pad : pad + count]
+    filtered = np.asarray(irfft(spectrum, long.shape[1], axis=1, overwrite_x=True))
+    return filtered[:, pad : pad + count]
 
 
 def resonance(frequency_hz: np.ndarray, *, period_s: float, damping_ratio: float) -> np.ndarray:

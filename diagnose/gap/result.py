@@ -171,7 +171,7 @@ class GapResult:
     kind : str
         One of `KINDS`.
     causes : tuple of Cause
-        Most probable first; empty for "none" and "unknown".
+        Most probable first; empty for "none". For "unknown" those beside which something unknown acts, if any.
     probabilities : mapping of tuple of str to float
         Of every hypothesis compared, by sorted names of its effects; () is "nothing is wrong", ("unknown",) is
         "something outside the catalogue". They sum to 1.
