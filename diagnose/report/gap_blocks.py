@@ -112,8 +112,8 @@ def candidates_block(result: GapResult) -> str:
     if not ranked:
         return "<p>Nothing was compared.</p>"
     rows = [
-        f"<li><span>{escape(hypothesis_words(names))}{_score(result, names)}</span>{_bar(p)}"
-        f"<span>{_percent(p)}</span></li>"
+        f"<li><span>{escape(hypothesis_words(names))}</span>{_bar(p)}<span>{_percent(p)}</span>"
+        f"{_score(result, names)}</li>"
         for names, p in ranked
     ]
     note = "Evidence, and prediction of each condition from the others: logarithms of the ratio to nothing being wrong."
@@ -133,7 +133,7 @@ def _score(result: GapResult, names: tuple[str, ...]) -> str:
         return ""
     evidence = own.log_evidence - nothing.log_evidence
     prediction = own.log_prediction - nothing.log_prediction
-    return f'<br><span class="source">evidence {evidence:+.0f}, prediction {prediction:+.0f}</span>'
+    return f'<small class="source">evidence {evidence:+.0f}, prediction {prediction:+.0f}</small>'
 
 
 def gain_block(gain: Gain) -> str:
