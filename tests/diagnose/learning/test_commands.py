@@ -9,10 +9,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from rotorwise.diagnose.cli import app
 from rotorwise.diagnose.learning.feature_file import write_features
-from typer.testing import CliRunner
 
+from ..command import run
 from .conftest import made_table
 
 
@@ -39,25 +38,21 @@ def files(tmp_path_factory):
     return folder
 
 
-def run(*arguments: object):
-    return CliRunner().invoke(app, [str(one) for one in arguments])
-
-
 def test_a_model_is_trained_judged_and_never_overwritten(files) -> None:
     model, features = files / "a.skops", files / "features.parquet"
     first = run("train", features, "-o", model, "--model", "linear")
-    assert first.exit_code == 0, first.output
-    assert "Judged on machines that it did not see" in first.output
+    assert first.returncode == 0, first.stderr
+    assert "Judged on machines that it did not see" in first.stdout
     before = model.read_bytes()
     second = run("train", features, "-o", model, "--model", "linear")
-    assert second.exit_code == 4
-    assert "--force" in second.output
+    assert second.returncode == 4
+    assert "--force" in second.stderr
     assert model.read_bytes() == before
-    assert run("train", features, "-o", features, "--force").exit_code == 4
+    assert run("train", features, "-o", features, "--force").returncode == 4
 
     page = files / "page.html"
     shown = run("evaluate", model, features, "--split", "test", "--json", "--report", page)
-    assert shown.exit_code == 0, shown.output
+    assert shown.returncode == 0, shown.stderr
     found = json.loads(shown.stdout)
     assert found["recall"]["bearing_outer_race"] > 0.95
     assert set(found["by"]) == {"speed_rpm", "load"}
@@ -66,7 +61,7 @@ def test_a_model_is_trained_judged_and_never_overwritten(files) -> None:
     text = page.read_text(encoding="utf-8")
     assert "Confusion matrix" in text
     assert "http://" not in text.split("<script>")[0].replace("http://www.w3.org", "")
-    assert run("evaluate", model, features, "--report", page).exit_code == 4
+    assert run("evaluate", model, features, "--report", page).returncode == 4
     flattering = json.loads(run("evaluate", model, features, "--json").stdout)
     assert "were learned" in flattering["remarks"][0]
 
@@ -99,9 +94,9 @@ def test_a_model_is_trained_judged_and_never_overwritten(files) -> None:
 def test_bad_input_is_one_message(files, monkeypatch, arguments, code, words) -> None:
     monkeypatch.chdir(files)
     answer = run(*arguments)
-    assert answer.exit_code == code, answer.output
-    assert words in answer.output
-    assert "Traceback" not in answer.output
+    assert answer.returncode == code, answer.stderr
+    assert words in answer.stderr
+    assert "Traceback" not in answer.stderr
 
 
 def test_what_cannot_be_read_stops_no_other_recording_and_parquet_may_be_a_recording(files, monkeypatch) -> None:
@@ -109,7 +104,7 @@ def test_what_cannot_be_read_stops_no_other_recording_and_parquet_may_be_a_recor
     (files / "broken.csv").write_text("no numbers here")
     words = ("--rate", "10000", "--unit", "m/s2", "--speed", "1500", "--label", "healthy", "--json")
     answer = run("evaluate", "default", "broken.csv", "recording.parquet", *words)
-    assert answer.exit_code == 3
+    assert answer.returncode == 3
     assert "broken.csv" in answer.stderr
     found = json.loads(answer.stdout)
     assert [one["answer"] is None for one in found["files"]] == [True, False]
