@@ -8,6 +8,8 @@ from collections.abc import Mapping
 TOLD_APART = 20.0
 #: Least probability of a verdict, of one hypothesis or of a set that cannot be told apart.
 LEAST = 0.5
+#: Least probability that an effect acts beside something unknown, for the effect to be named.
+LEAST_BESIDE = 0.9
 
 
 def judged(
@@ -21,8 +23,10 @@ def judged(
     if "unknown" in leading:
         # Whatever else acts, something unknown does; the effects that may act beside it are kept apart.
         certain = sum(p for names, p in probabilities.items() if "unknown" in names) >= LEAST
-        beside = [names for names in together if "unknown" in names]
-        return ("unknown" if certain else "cannot tell"), leading, beside if len(leading) > 1 else [leading]
+        named = sum(p for names, p in probabilities.items() if "unknown" in names and len(names) > 1)
+        if named < LEAST_BESIDE:
+            return ("unknown" if certain else "cannot tell"), ("unknown",), [("unknown",)]
+        return "unknown", leading, [names for names in together if "unknown" in names and len(names) > 1]
     effects = [names for names in together if names and "unknown" not in names]
     if sum(probabilities[names] for names in effects) < LEAST:
         return "cannot tell", leading, effects
