@@ -9,7 +9,7 @@ TOLD_APART = 20.0
 #: Least probability of a verdict, of one hypothesis or of a set that cannot be told apart.
 LEAST = 0.5
 #: Least probability that an effect acts beside something unknown, for the effect to be named.
-LEAST_BESIDE = 0.9
+LEAST_BESIDE = 0.99
 
 
 def judged(

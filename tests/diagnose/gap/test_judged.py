@@ -17,8 +17,8 @@ BOTH, BESIDE, BOW_BESIDE = ("shaft_bow", "unbalance"), ("unbalance", "unknown"),
         ({UNBALANCE: 0.3, (): 0.28, UNKNOWN: 0.42}, "cannot tell", UNKNOWN, [UNKNOWN]),
         ({UNKNOWN: 0.8, UNBALANCE: 0.2}, "unknown", UNKNOWN, [UNKNOWN]),
         # An effect beside something unknown is named only where it is nearly certain that one acts.
-        ({BESIDE: 0.75, BOW_BESIDE: 0.2, UNKNOWN: 0.05}, "unknown", BESIDE, [BESIDE, BOW_BESIDE]),
-        ({BESIDE: 0.53, UNKNOWN: 0.47}, "unknown", UNKNOWN, [UNKNOWN]),
+        ({BESIDE: 0.8, BOW_BESIDE: 0.195, UNKNOWN: 0.005}, "unknown", BESIDE, [BESIDE, BOW_BESIDE]),
+        ({BESIDE: 0.97, UNKNOWN: 0.03}, "unknown", UNKNOWN, [UNKNOWN]),
         ({BESIDE: 0.45, (): 0.4, UNKNOWN: 0.15}, "unknown", UNKNOWN, [UNKNOWN]),
     ],
 )
