@@ -2,7 +2,7 @@
 
 Asked only where something unknown is the most probable answer. All orders but one that need a smooth random function
 keep it; the one that is left must be made by an effect, in every condition and at every probe, within the tolerance of
-its law. It is named where that is more probable than a random function in this order as well.
+its law. Whether it is named, `judged` decides: such a hypothesis must be nearly certain.
 """
 
 from __future__ import annotations
