@@ -22,7 +22,7 @@ from .recipe import Recipe
 from .recipe_file import load_recipe
 from .recipe_parts import Parts, part_name
 from .store import CARD, DATA, MANIFEST, Store, check_free, create_store, totals
-from .store_folder import StoreError, folder_of
+from .store_folder import Say, StoreError, folder_of, quiet
 
 #: Parts that are computed or wait to be written, for each worker: more would only fill the memory.
 AHEAD = 2
@@ -58,6 +58,7 @@ def build(
     cluster: str | None = None,
     limit: int | None = None,
     tell: Tell = lambda _progress: None,
+    say: Say = quiet,
 ) -> Store:
     """Build a dataset, or go on with it where it was stopped.
 
@@ -77,13 +78,15 @@ def build(
         Only the first so many signals. A later build without it goes on.
     tell : callable
         Called with the `Progress` at the start and after every part.
+    say : callable
+        Called with a line of text when the build waits for another one, or takes over from one that has ended.
 
     Raises
     ------
     InvalidValueError
         For a recipe or an option that is not allowed.
     StoreError
-        When the location cannot be written to or holds something else.
+        When the location cannot be written to, holds something else, or another process builds there.
     BuildError
         When a worker failed.
     """
@@ -93,10 +96,10 @@ def build(
             raise InvalidValueError(f"{name} = {value}; allowed: 1 or more. Correct it.")
     folder = folder_of(location)
     check_free(folder)
-    with folder.alone():
+    with folder.alone(say) as check:
         store = create_store(folder, recipe)
         try:
-            _build(store, Parts(recipe, limit), workers or _cores(), cluster, tell)
+            _build(store, Parts(recipe, limit), workers or _cores(), cluster, tell, check)
         except (BuildError, KeyboardInterrupt):
             with suppress(StoreError):
                 summarise(store)
@@ -105,7 +108,9 @@ def build(
     return store
 
 
-def _build(store: Store, parts: Parts, workers: int, cluster: str | None, tell: Tell) -> None:
+def _build(
+    store: Store, parts: Parts, workers: int, cluster: str | None, tell: Tell, check: Callable[[], None]
+) -> None:
     there = store.parts()
     whole = {number: facts for number, facts in there.items() if _is_whole(parts, number, facts)}
     missing = [number for number in range(parts.count) if number not in whole]
@@ -125,6 +130,7 @@ def _build(store: Store, parts: Parts, workers: int, cluster: str | None, tell: 
         results = computed_by_processes(store, missing, parts.limit, workers=workers, ahead=AHEAD)
     with closing(results):
         for part in results:
+            check()
             if part.content:
                 store.write_part(part.name, part.content)
             done, refused = done + part.facts["signals"], refused + len(part.facts["refused"])

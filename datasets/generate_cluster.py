@@ -90,7 +90,8 @@ def _client(address: str) -> Any:
         ) from None
     try:
         return Client(address, timeout=_CONNECT_S)
-    except (OSError, TimeoutError, ValueError) as problem:
+    except Exception as problem:
+        # What answers may be no scheduler; Dask then fails in many ways.
         raise InvalidValueError(
             f"No Dask scheduler answers at {address}: {problem}. Start one (dask scheduler) or correct the address."
         ) from None

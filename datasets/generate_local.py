@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Generator, Sequence
+import signal
+from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from multiprocessing import active_children, get_context
+from typing import Any
 
 from .errors import BuildError
 from .generate_part import Part, make_part, warm_up
@@ -37,14 +40,19 @@ def computed_by_processes(
     workers, source = min(workers, len(missing)), store.recipe.source
     # A forked process would inherit locks of numba and BLAS in any state.
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_begin) as pool:
-        waiting: set[Future[Part]] = set()
+        waiting: set[Future[Any]] = set()
         left = iter(missing)
         try:
             # One process compiles what is not yet compiled; the others find it on the disk.
-            _warmed(pool, source)
+            with _interrupts_held():
+                warming = pool.submit(warm_up, source)
+            waiting.add(warming)
+            _check_begun(warming)
+            waiting.clear()
             while True:
                 for number in left:
-                    waiting.add(pool.submit(make_part, source, number, limit=limit))
+                    with _interrupts_held():
+                        waiting.add(pool.submit(make_part, source, number, limit=limit))
                     if len(waiting) >= ahead * workers:
                         break
                 if not waiting:
@@ -65,9 +73,9 @@ def computed_by_processes(
                     process.terminate()
 
 
-def _warmed(pool: ProcessPoolExecutor, source: str) -> None:
+def _check_begun(warming: Future[None]) -> None:
     try:
-        pool.submit(warm_up, source).result()
+        warming.result()
     except BrokenProcessPool:
         raise BuildError(
             "The first process ended before it had begun. A script of your own must call build(...) below "
@@ -75,9 +83,21 @@ def _warmed(pool: ProcessPoolExecutor, source: str) -> None:
         ) from None
 
 
+@contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Keep Ctrl-C waiting while a process is started, and from that process: it cannot ignore it before `_begin`."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _begin() -> None:
     """Make a worker ready: one thread, nothing on interruption, an end when its parent ends."""
-    import signal
     import threading
 
     import scipy.linalg

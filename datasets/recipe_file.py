@@ -17,7 +17,7 @@ from ..simulators.machine import Machine, find_machine, machine_from_toml
 from ..simulators.parameter import Parameter
 from .errors import InvalidValueError, RotorwiseError
 from .recipe import Case, EffectRecipe, MachineRecipe, Recipe
-from .recipe_chain import parse_chain
+from .recipe_chain import check_tacho, check_units, parse_chain
 from .recipe_values import Choice, parse_choice
 from .simulated import MOST_SAMPLES
 
@@ -62,8 +62,9 @@ def load_recipe(name: str | Path) -> Recipe:
 def _loaded(content: bytes, name: str, folder: Path) -> Recipe:
     where = f"Recipe {name}"
     try:
-        given = tomllib.loads(content.decode("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as problem:
+        # Some editors put a mark of the byte order first.
+        given = tomllib.loads(content.decode("utf-8-sig"))
+    except (ValueError, RecursionError) as problem:
         raise InvalidValueError(f"{where} is not valid TOML: {problem}. Correct it at that place.") from None
     if given.pop("format", None) != FORMAT:
         raise InvalidValueError(f"{where}: allowed: format = {FORMAT}. Write it at its top.")
@@ -73,7 +74,16 @@ def _loaded(content: bytes, name: str, folder: Path) -> Recipe:
             # The file's text becomes a part of the recipe: other computers and later builds need no file.
             entry["machine_text"] = machine_from_toml(folder / machine).to_toml()
     given.setdefault("name", Path(name).stem)
-    return recipe_from_json(json.dumps(given, sort_keys=True), where)
+    try:
+        return recipe_from_json(json.dumps(given, sort_keys=True, default=functools.partial(_refuse, where)), where)
+    except RecursionError:
+        raise InvalidValueError(
+            f"{where} has tables within tables without end; allowed: those of the manual."
+        ) from None
+
+
+def _refuse(where: str, value: object) -> None:
+    raise InvalidValueError(f"{where}: {value} is a date or a time; allowed: numbers, texts in quotes. Correct it.")
 
 
 @functools.lru_cache(maxsize=8)
@@ -184,6 +194,7 @@ def _splits(where: str, given: object) -> dict[str, float]:
         or not all(
             isinstance(one, int | float) and not isinstance(one, bool) and 0 < one <= 1 for one in given.values()
         )
+        or not all(map(_is_readable, given))
     ):
         raise InvalidValueError(f"{where}: splits = {given!r}; allowed: names with shares, such as train = 0.8.")
     if not math.isclose(sum(given.values()), 1.0, abs_tol=1e-6):
@@ -212,8 +223,16 @@ def _check_whole(where: str, recipe: Recipe) -> None:
         raise InvalidValueError(
             f"{where}: of {recipe.draws} machine draws none falls to the split {name!r}. Raise draws or its share."
         )
+    units: set[str] = set()
     for machine in recipe.machines:
-        _check_machine(f"{where}, machine {machine.name}", machine)
+        units |= _check_machine(f"{where}, machine {machine.name}", machine)
+        check_tacho(
+            f"{where}, machine {machine.name}",
+            recipe.chain,
+            speed_rpm=max(machine.speed_rpm.ends()),
+            rate_hz=machine.rate_hz,
+        )
+    check_units(f"{where}, chain", recipe.chain, units)
     columns = label_columns(recipe)
     for name, sources in recipe.severity.items():
         for source in sources:
@@ -223,7 +242,8 @@ def _check_whole(where: str, recipe: Recipe) -> None:
                 )
 
 
-def _check_machine(where: str, recipe: MachineRecipe) -> None:
+def _check_machine(where: str, recipe: MachineRecipe) -> set[str]:
+    """Return the units of what is recorded."""
     from .simulated import recordable
 
     size = recipe.samples * recipe.records * len(recipe.machine.bare_assembly().probes)
@@ -232,15 +252,16 @@ def _check_machine(where: str, recipe: MachineRecipe) -> None:
             f"{where}: {recipe.duration_s:g} s at {recipe.rate_hz:g} Hz; allowed: one sample or more, and all probes "
             f"together up to {MOST_SAMPLES} samples. Change duration_s or rate_hz."
         )
-    case_names = [case.name for case in recipe.cases]
+    case_names, units = [case.name for case in recipe.cases], set[str]()
     for case in recipe.cases:
         if case_names.count(case.name) > 1:
             raise InvalidValueError(f"{where} has two cases {case.name!r}; allowed: different names. Rename one.")
         try:
-            recordable(_example(recipe.machine, case).assembly(speed_rpm=recipe.speed_rpm.ends()[0]).probes,
-                       recipe.probes)  # fmt: skip
+            there = _example(recipe.machine, case).assembly(speed_rpm=recipe.speed_rpm.ends()[0]).probes
+            units |= {probe.unit for probe in recordable(there, recipe.probes)[0]}
         except RotorwiseError as problem:
             raise InvalidValueError(f"{where}, case {case.name}: {problem}") from None
+    return units
 
 
 def _example(machine: Machine, case: Case) -> Machine:
@@ -268,27 +289,32 @@ def _check_keys(where: str, given: Mapping[str, object], allowed: Sequence[str])
 
 def _text(where: str, given: Mapping[str, object], key: str, default: str | None = None) -> str:
     value = given.get(key, default)
-    if not isinstance(value, str) or (default is None and not value):
-        raise InvalidValueError(f"{where}: {key} = {value!r}; allowed: a text in quotes. Give it.")
+    if not isinstance(value, str) or (default is None and not value) or not _is_readable(value):
+        raise InvalidValueError(f"{where}: {key} = {value!r}; allowed: a text in quotes, printable. Give it.")
     return value
 
 
 def _texts(where: str, given: Mapping[str, object], key: str) -> tuple[str, ...]:
     value = given.get(key, [])
-    if not isinstance(value, list) or not all(isinstance(one, str) for one in value):
-        raise InvalidValueError(f"{where}: {key} = {value!r}; allowed: a list of texts. Correct it.")
+    if not isinstance(value, list) or not all(isinstance(one, str) and _is_readable(one) for one in value):
+        raise InvalidValueError(f"{where}: {key} = {value!r}; allowed: a list of texts, printable. Correct it.")
     return tuple(value)
+
+
+def _is_readable(text: str) -> bool:
+    """Return whether a text may go to a terminal: line ends are allowed, other control characters are not."""
+    return text.replace("\n", "").isprintable()
 
 
 def _whole(where: str, given: Mapping[str, object], key: str, *, lowest: int, default: int | None = None) -> int:
     value = given.get(key, default)
     if isinstance(value, bool) or not isinstance(value, int) or not lowest <= value <= 2**53:
-        raise InvalidValueError(f"{where}: {key} = {value!r}; allowed: a whole number, {lowest} or more. Give it.")
+        raise InvalidValueError(f"{where}: {key} = {value!r}; allowed: a whole number, {lowest} to {2**53}. Give it.")
     return value
 
 
 def _positive(where: str, given: Mapping[str, object], key: str) -> float:
     value = given.get(key)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < 1e100:
         raise InvalidValueError(f"{where}: {key} = {value!r}; allowed: more than 0; there is no default. Give it.")
     return float(value)

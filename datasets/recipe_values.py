@@ -13,6 +13,9 @@ from .errors import InvalidValueError
 
 #: Draws outside a parameter's bounds are drawn again; a distribution that misses them so often is a mistake.
 MOST_TRIES = 1000
+_LARGEST = 1e100
+_WIDEST = 1000.0
+_MOST_CELLS = 100_000
 _ALLOWED = (
     'a number, "prior", { grid = [1, 2] }, { from = 1, to = 2 } with spacing = "log", cells = 4 or whole = true if '
     "wanted, or { around = 1, factor = 1.5 }"
@@ -128,7 +131,7 @@ def parse_choice(where: str, given: object, declared: Parameter | None = None, *
     if given == "prior":
         return _declared(where, declared)
     if isinstance(given, int | float) and not isinstance(given, bool):
-        choice = Choice(values=(float(given),))
+        choice = Choice(values=(_number(where, given),))
     elif isinstance(given, dict) and set(given) == {"grid"} and isinstance(given["grid"], list) and given["grid"]:
         choice = Choice(values=tuple(_number(where, one) for one in given["grid"]))
     elif isinstance(given, dict) and set(given) == {"around", "factor"}:
@@ -153,9 +156,10 @@ def _declared(where: str, declared: Parameter | None) -> Choice:
 
 def _around(where: str, given: Mapping[str, object]) -> Choice:
     middle, factor = _number(where, given["around"]), _number(where, given["factor"])
-    if not (middle > 0 and factor > 1):
+    if not (middle > 0 and 1 < factor <= _WIDEST):
         raise InvalidValueError(
-            f"{where}: around {middle:g} by a factor of {factor:g}; allowed: above 0, factor above 1. Correct it."
+            f"{where}: around {middle:g} by a factor of {factor:g}; allowed: above 0, factor above 1 and at most "
+            f"{_WIDEST:g}. Correct it."
         )
     return Choice(prior=LogNormal(middle, factor))
 
@@ -169,8 +173,8 @@ def _range(where: str, given: Mapping[str, object]) -> Choice:
         raise InvalidValueError(
             f"{where}: spacing {spacing!r} from {low:g}; allowed: linear, or log from more than 0. Correct it."
         )
-    if isinstance(cells, bool) or not isinstance(cells, int) or not 1 <= cells <= 100_000:
-        raise InvalidValueError(f"{where}: cells = {cells!r}; allowed: a whole number, 1 or more. Correct it.")
+    if isinstance(cells, bool) or not isinstance(cells, int) or not 1 <= cells <= _MOST_CELLS:
+        raise InvalidValueError(f"{where}: cells = {cells!r}; allowed: a whole number, 1 to {_MOST_CELLS}. Correct it.")
     if not isinstance(whole, bool) or (whole and (spacing == "log" or low % 1 or high % 1 or cells > 1)):
         raise InvalidValueError(
             f"{where}: whole = {whole!r}; allowed: true or false, whole ends, no spacing, no cells. Correct it."
@@ -181,17 +185,17 @@ def _range(where: str, given: Mapping[str, object]) -> Choice:
 def _checked(where: str, choice: Choice, declared: Parameter | None) -> Choice:
     if declared is None:
         return choice
-    if choice.prior is not None:
-        return replace(choice, low=declared.bounds[0], high=declared.bounds[1])
-    for value in choice.ends():
+    for value in (choice.prior.median,) if choice.prior is not None else choice.ends():
         try:
             declared.checked(value)
         except InvalidValueError as problem:
             raise InvalidValueError(f"{where}: {problem}") from None
+    if choice.prior is not None:
+        return replace(choice, low=declared.bounds[0], high=declared.bounds[1])
     return choice
 
 
 def _number(where: str, given: object) -> float:
-    if isinstance(given, bool) or not isinstance(given, int | float) or not math.isfinite(given):
-        raise InvalidValueError(f"{where}: {given!r} is no finite number. Give a number.")
+    if isinstance(given, bool) or not isinstance(given, int | float) or not -_LARGEST <= given <= _LARGEST:
+        raise InvalidValueError(f"{where}: {given!r} is no finite number. Give one up to 1e100.")
     return float(given)

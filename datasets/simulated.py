@@ -154,7 +154,7 @@ def measured(
     Raises
     ------
     SimulationError
-        When the motion has grown without bound.
+        When the motion has grown without bound, or the chain does not give numbers.
     """
     from ..simulators.solvers.simulate import SimulationError
 
@@ -168,8 +168,12 @@ def measured(
     rows = [raw.probes.index(probe) for probe in kept]
     some = replace(raw, signals=raw.signals[rows], probes=tuple(kept))
     record = record_of(some, machine, output_rate_hz=rate_hz)
-    record = run_chain(record, sensor_effects(machine), samples=samples, seed=seed, chain=chain)
+    # Settings without sense may leave the number range; what comes out is looked at.
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        record = run_chain(record, sensor_effects(machine), samples=samples, seed=seed, chain=chain)
     signals, channels = record.signals, [_channel(probe) for probe in kept]
+    if not np.isfinite(signals).all():
+        raise SimulationError(f"The measuring chain makes no finite signal of {machine.name}: {chain}. Change it.")
     if chain.pulses_per_revolution:
         generator = np.random.default_rng([seed or 0, len(rows)])
         signals = np.vstack([signals, chain.tacho(record, generator)])

@@ -9,13 +9,14 @@ All that is known of the progress is which parts are there: nothing can be out o
 
 from __future__ import annotations
 
+import io
 import json
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from .errors import InvalidValueError
 from .recipe import CONTENT, Recipe
@@ -25,11 +26,15 @@ from .store_folder import Folder, StoreError, folder_of
 
 if TYPE_CHECKING:
     import pyarrow as pa
+    import pyarrow.parquet as pq
 
+Found = TypeVar("Found")
 FORMAT = 1
 IDENTITY, DATA, MANIFEST, CARD = "dataset.json", "data", "manifest.json", "card.md"
 #: Facts of parts are read by so many threads: on an object store each is a wait.
 _READERS = 8
+#: Bytes at the end of a part that hold what it says of itself, as a rule and at most.
+_TAIL, _LONGEST_TAIL = 2**17, 2**26
 
 
 @dataclass(frozen=True)
@@ -62,9 +67,13 @@ class Store:
 
         from .generate_table import KEY
 
+        # Read here and understood there: a store that does not answer is no damaged part.
+        tail = self.folder.end(f"{DATA}/{name}", _TAIL)
+        length = int.from_bytes(tail[-8:-4], "little") + 8
+        if len(tail) < length <= _LONGEST_TAIL:
+            tail = self.folder.end(f"{DATA}/{name}", length)
         try:
-            with self.folder.open(f"{DATA}/{name}") as file:
-                said = pq.read_schema(file).metadata
+            said = pq.read_schema(io.BytesIO(tail)).metadata
             facts = json.loads(said[KEY])
         except (pa.ArrowException, OSError, KeyError, TypeError, ValueError):
             return None
@@ -75,6 +84,20 @@ class Store:
         """Write a part."""
         self.folder.write(f"{DATA}/{name}", content)
 
+    def numbers(self) -> list[int]:
+        """Return the numbers of all parts that are there.
+
+        Raises
+        ------
+        StoreError
+            When one of them is damaged: its rows would be missing without a word.
+        """
+        whole = list(self.parts())
+        for number in _numbers(self.folder.sizes(DATA)):
+            if number not in whole:
+                raise self._damaged(number)
+        return whole
+
     def batches(self, columns: Iterable[str] | None = None) -> Iterator[pa.RecordBatch]:
         """Yield the rows, one row group after the other, so that memory never holds more than one.
 
@@ -82,15 +105,46 @@ class Store:
         ----------
         columns : iterable of str, optional
             Only these.
+
+        Raises
+        ------
+        StoreError
+            When a part is damaged.
         """
+        wanted = None if columns is None else list(columns)
+        for number in self.numbers():
+            for group in range(self.groups(number)):
+                yield from self.group(number, group, wanted).to_batches()
+
+    def groups(self, number: int) -> int:
+        """Return how many row groups a part has."""
+        return self._of_part(number, lambda file: file.num_row_groups)
+
+    def group(self, number: int, group: int, columns: Sequence[str] | None = None) -> pa.Table:
+        """Return a row group of a part.
+
+        Raises
+        ------
+        StoreError
+            When the part is damaged.
+        """
+        return self._of_part(number, lambda file: file.read_row_group(group, columns=columns))
+
+    def _of_part(self, number: int, asked: Callable[[pq.ParquetFile], Found]) -> Found:
+        import pyarrow as pa
         import pyarrow.parquet as pq
 
-        wanted = None if columns is None else list(columns)
-        for number in self.parts():
-            with self.folder.open(f"{DATA}/{part_name(number)}") as file:
-                table = pq.ParquetFile(file)
-                for group in range(table.num_row_groups):
-                    yield from table.read_row_group(group, columns=wanted).to_batches()
+        with self.folder.open(f"{DATA}/{part_name(number)}") as file:
+            try:
+                return asked(pq.ParquetFile(file))
+            except (pa.ArrowException, OSError) as problem:
+                raise self._damaged(number) from problem
+
+    def _damaged(self, number: int) -> StoreError:
+        return StoreError(
+            f"{self.folder.name}/{DATA}/{part_name(number)} is damaged, or no part of this dataset. Remove it and "
+            "build again: what is missing is made anew."
+        )
 
 
 def _numbers(names: Iterable[str]) -> list[int]:
@@ -143,7 +197,7 @@ def check_free(folder: Folder) -> None:
 
 
 def create_store(folder: Folder, recipe: Recipe) -> Store:
-    """Return the dataset in a folder, begun there if the folder is empty.
+    """Return the dataset in a folder, begun there if the folder is empty or holds no part yet.
 
     Raises
     ------
@@ -156,18 +210,12 @@ def create_store(folder: Folder, recipe: Recipe) -> Store:
     said = folder.read(IDENTITY)
     if said is None:
         check_free(folder)
-        given = {
-            "format": FORMAT,
-            "content": CONTENT,
-            "name": recipe.name,
-            "fingerprint": recipe.fingerprint,
-            "seed": recipe.seed,
-            "version": here,
-            "recipe": json.loads(recipe.source),
-        }
-        folder.write(IDENTITY, (json.dumps(given, indent=2) + "\n").encode())
-        return Store(folder, recipe, here)
+        return _begun(folder, recipe, here)
     store = _store(folder, said)
+    is_same = store.recipe.fingerprint == recipe.fingerprint and store.version == here
+    if not is_same and not folder.sizes(DATA):
+        # A build that ended before its first part: nothing would be lost.
+        return _begun(folder, recipe, here)
     if store.recipe.fingerprint != recipe.fingerprint:
         raise StoreError(
             f"{folder.name} holds dataset {store.recipe.name!r} of another recipe (fingerprint "
@@ -180,6 +228,20 @@ def create_store(folder: Folder, recipe: Recipe) -> Store:
             "was changed. Go on with that version, or choose another folder."
         )
     return store
+
+
+def _begun(folder: Folder, recipe: Recipe, version: str) -> Store:
+    given = {
+        "format": FORMAT,
+        "content": CONTENT,
+        "name": recipe.name,
+        "fingerprint": recipe.fingerprint,
+        "seed": recipe.seed,
+        "version": version,
+        "recipe": json.loads(recipe.source),
+    }
+    folder.write(IDENTITY, (json.dumps(given, indent=2) + "\n").encode())
+    return Store(folder, recipe, version)
 
 
 def totals(parts: Iterable[dict[str, Any]]) -> dict[str, Any]:

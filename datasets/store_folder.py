@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import os
 import uuid
-from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path, PurePosixPath
-from typing import Any, BinaryIO, Protocol, cast
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+from typing import BinaryIO, Protocol
 from urllib.parse import unquote, urlsplit
 
 from .errors import InvalidValueError, RotorwiseError
@@ -19,8 +19,8 @@ from .errors import InvalidValueError, RotorwiseError
 #: Drafts of files; a reader of the data does not look here.
 DRAFTS = ".unfinished"
 _LOCK = ".lock"
-#: Object stores: asking one for a folder may make a bucket that nobody wanted.
-_WITHOUT_FOLDERS = ("memory", "s3", "s3a", "gs", "gcs", "abfs", "az")
+#: Takes a line for people.
+Say = Callable[[str], None]
 
 
 class StoreError(RotorwiseError):
@@ -46,6 +46,10 @@ class Folder(Protocol):
         """Open a file that exists for reading."""
         ...
 
+    def end(self, name: str, count: int) -> bytes:
+        """Return the last bytes of a file that exists, or all of a shorter one."""
+        ...
+
     def write(self, name: str, content: bytes) -> None:
         """Write a file; it is there as a whole or as it was before."""
         ...
@@ -54,9 +58,16 @@ class Folder(Protocol):
         """Return whether nothing but our own drafts and lock is there."""
         ...
 
-    def alone(self) -> Any:
-        """Return a context in which no other process builds here, or raise StoreError."""
+    def alone(self, say: Say = ...) -> AbstractContextManager[Callable[[], None]]:
+        """Return a context in which no other process builds here, or raise StoreError.
+
+        What it gives raises StoreError when another build has taken over. `say` is told what is waited for.
+        """
         ...
+
+
+def quiet(_text: str) -> None:
+    """Say nothing."""
 
 
 def folder_of(location: str | Path) -> Folder:
@@ -65,13 +76,17 @@ def folder_of(location: str | Path) -> Folder:
     Raises
     ------
     InvalidValueError
-        For an address of a kind that is not installed.
+        For an empty text, or an address of a kind that is not installed.
     """
     text = str(location)
+    if not text:
+        raise InvalidValueError("The location is an empty text; allowed: a folder, or an address. Give one.")
     if isinstance(location, Path) or "://" not in text:
         return LocalFolder(Path(location))
     if text.startswith("file://"):
         return LocalFolder(Path(unquote(urlsplit(text).path)))
+    from .store_remote import RemoteFolder
+
     return RemoteFolder(text)
 
 
@@ -100,6 +115,12 @@ class LocalFolder:
         with self._told("read"):
             return (self.path / name).open("rb")
 
+    def end(self, name: str, count: int) -> bytes:
+        """See `Folder`."""
+        with self._told("read"), (self.path / name).open("rb") as file:
+            file.seek(max(file.seek(0, os.SEEK_END) - count, 0))
+            return file.read()
+
     def write(self, name: str, content: bytes) -> None:
         """See `Folder`."""
         target = self.path / name
@@ -127,20 +148,23 @@ class LocalFolder:
             return all(one.name in (DRAFTS, _LOCK) for one in self.path.iterdir())
 
     @contextmanager
-    def alone(self) -> Iterator[None]:
+    def alone(self, say: Say = quiet) -> Iterator[Callable[[], None]]:
         """See `Folder`. The lock ends with the process, however that ends."""
+        del say
         with self._told("written to"):
             self.path.mkdir(parents=True, exist_ok=True)
             lock = (self.path / _LOCK).open("ab")
         with lock:
-            if not _locked(lock):
+            with self._told("locked"):
+                free = _locked(lock)
+            if not free:
                 raise StoreError(
                     f"Another process is building in {self.path}. Wait for it, or stop it; nothing has been changed."
                 )
             # Whoever wrote a draft that is there now has ended.
             for draft in self.sizes(DRAFTS):
                 (self.path / DRAFTS / draft).unlink(missing_ok=True)
-            yield
+            yield lambda: None
 
     @contextmanager
     def _told(self, done: str) -> Iterator[None]:
@@ -187,84 +211,3 @@ def _locked(file: BinaryIO) -> bool:
             return False
         raise
     return True
-
-
-class RemoteFolder:
-    """A location that fsspec knows. Two builds at once are not noticed here; both write the same content."""
-
-    def __init__(self, address: str) -> None:
-        self.name = address.rstrip("/")
-        self.scheme = scheme = address.partition("://")[0]
-        # What lives in this process's memory is seen by this process only.
-        self.is_shared = scheme != "memory"
-        try:
-            import fsspec
-
-            self.system, root = fsspec.url_to_fs(self.name)
-        except ImportError as problem:
-            raise InvalidValueError(
-                f"{address} needs {problem.name or 'fsspec'}, which is not installed. Run: pip install "
-                f"{'s3fs' if scheme == 's3' else problem.name or 'fsspec'}"
-            ) from None
-        except ValueError as problem:
-            raise InvalidValueError(f"{address}: {problem}. Give a folder, or an address that fsspec knows.") from None
-        self.root = PurePosixPath(cast(str, root))
-
-    def sizes(self, prefix: str) -> dict[str, int]:
-        """See `Folder`."""
-        with self._told("read"):
-            # What another computer has written since is not in the listing that was kept.
-            self.system.invalidate_cache()
-            try:
-                found = self.system.ls(str(self.root / prefix), detail=True)
-            except FileNotFoundError:
-                return {}
-            return {PurePosixPath(one["name"]).name: int(one["size"]) for one in found if one["type"] == "file"}
-
-    def read(self, name: str) -> bytes | None:
-        """See `Folder`."""
-        with self._told("read"):
-            try:
-                return cast(bytes, self.system.cat_file(str(self.root / name)))
-            except FileNotFoundError:
-                return None
-
-    def open(self, name: str) -> BinaryIO:
-        """See `Folder`."""
-        with self._told("read"):
-            return cast(BinaryIO, self.system.open(str(self.root / name), "rb"))
-
-    def write(self, name: str, content: bytes) -> None:
-        """See `Folder`."""
-        with self._told("written to"):
-            target = self.root / name
-            if self.scheme not in _WITHOUT_FOLDERS:
-                self.system.makedirs(str(target.parent), exist_ok=True)
-            self.system.pipe_file(str(target), content)
-
-    def is_empty(self) -> bool:
-        """See `Folder`."""
-        with self._told("read"):
-            self.system.invalidate_cache()
-            try:
-                return not self.system.ls(str(self.root), detail=False)
-            except FileNotFoundError:
-                return True
-
-    @contextmanager
-    def alone(self) -> Iterator[None]:
-        """See `Folder`."""
-        yield
-
-    @contextmanager
-    def _told(self, done: str) -> Iterator[None]:
-        try:
-            yield
-        except RotorwiseError:
-            raise
-        except Exception as problem:
-            # Each kind of store has errors of its own; all mean that the place does not answer.
-            raise StoreError(
-                f"{self.name} cannot be {done}: {type(problem).__name__}: {problem}. Check address and rights, then "
-                "build again: it goes on where it stopped."
-            ) from problem

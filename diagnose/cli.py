@@ -140,6 +140,11 @@ def main() -> None:
     try:
         app()
         sys.stdout.flush()
+    except SystemExit as leaving:
+        # typer and rich answer a broken pipe with 1, which is our code for a bug.
+        if isinstance(leaving.__context__, BrokenPipeError):
+            _leave(0)
+        raise
     except RotorwiseError as problem:
         typer.echo(f"rotorwise: {problem}", err=True)
         sys.exit(_USAGE)

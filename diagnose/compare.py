@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 
 import numpy as np
@@ -38,6 +39,30 @@ def order_change_db(now: Observation, baseline: Observation, order: float) -> np
         change = 20 * np.log10(high / low)
         changes.append(change if now.is_significant(after) else min(change, 0.0))
     return np.array(changes)
+
+
+def risen_db(change_db: np.ndarray, scatter_db: float) -> tuple[float, np.ndarray]:
+    """Return how much a line rose, in dB, and the channels that say so, shape (some,).
+
+    A force that acts at one place may raise a line at some probes and lower it at others. So besides the median of all
+    channels the mean of the k that rose most counts, for each k, less what choosing k of n brings where nothing rose:
+    0.7 s sqrt(2 ln C(n, k) / k), somewhat above the expected mean of the k largest of n that scatter by s.
+
+    Examples
+    --------
+    >>> rise, channels = risen_db(np.array([20.0, 19.0, -5.0, -6.0]), 4.0)
+    >>> round(rise, 1), channels.tolist()
+    (15.8, [0, 1])
+    """
+    count = change_db.size
+    best, chosen = float(np.median(change_db)), np.arange(count)
+    order = np.argsort(-change_db)
+    for several in range(1, count):
+        price = 0.7 * scatter_db * math.sqrt(2 * math.log(math.comb(count, several)) / several)
+        rise = float(change_db[order[:several]].mean()) - price
+        if rise > best:
+            best, chosen = rise, np.sort(order[:several])
+    return best, chosen
 
 
 def floor_change_db(now: Observation, baseline: Observation) -> tuple[np.ndarray, np.ndarray]:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import signal
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -14,7 +17,7 @@ from .cli_options import option
 if TYPE_CHECKING:
     from ..datasets.recipe import Recipe
 
-_USAGE, _FAILED, _OUTPUT_FAILED, _INTERRUPTED = 2, 3, 4, 130
+_USAGE, _FAILED, _OUTPUT_FAILED, _INTERRUPTED, _STOPPED = 2, 3, 4, 130, 143
 
 dataset = typer.Typer(
     no_args_is_help=True, rich_markup_mode=None, help="Make labelled datasets of simulated signals, and look at them."
@@ -52,14 +55,14 @@ def build(
         if workers is not None and cluster is not None:
             raise InvalidValueError("--workers is for this computer, --cluster for others. Give one of them.")
         chosen = load_recipe(recipe)
-        with building(chosen) as tell:
-            store = build_dataset(chosen, output, workers=workers, cluster=cluster, limit=limit, tell=tell)
+        with _stopped_in_order(), building(chosen) as tell:
+            store = build_dataset(chosen, output, workers=workers, cluster=cluster, limit=limit, tell=tell, say=_say)
         found = summary_of(store)
     except RotorwiseError as problem:
         raise _leave(problem) from None
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as stop:
         print(f"rotorwise: stopped. What is in {output} is whole; the same command goes on.", file=sys.stderr)
-        raise typer.Exit(_INTERRUPTED) from None
+        raise typer.Exit(_INTERRUPTED if not stop.args else _STOPPED) from None
     if as_json:
         print(json.dumps({"location": store.folder.name, **found}, indent=2))
     else:
@@ -96,6 +99,24 @@ def recipes(as_json: AsJson = False) -> None:
     from .dataset_show import show_recipes
 
     show_recipes(found)
+
+
+@contextmanager
+def _stopped_in_order() -> Iterator[None]:
+    """Let SIGTERM, with which schedulers and containers stop a program, end a build as Ctrl-C does."""
+
+    def stop(number: int, _frame: object) -> None:
+        raise KeyboardInterrupt(number)
+
+    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _say(text: str) -> None:
+    print(f"rotorwise: {text}", file=sys.stderr, flush=True)
 
 
 def _recipe_data(recipe: Recipe) -> dict[str, Any]:

@@ -26,7 +26,8 @@ def building(recipe: Recipe) -> Iterator[Callable[[Progress], None]]:
 
     begun = time.monotonic()
     columns = TextColumn(recipe.name), BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}")
-    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
+    console = Console(stderr=True)
+    with Bar(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("starting", total=None)
         last = begun
 
@@ -85,6 +86,8 @@ def show_built(location: str, found: Mapping[str, Any]) -> None:
     """Say what is there after a build."""
     print(f"{location}: {_state(found)}")
     _show_refused(found["refused"])
+    if found["unreadable"]:
+        print(f"not read: {_unread(found['unreadable'])}")
     print(f"data: {location}/data/*.parquet, described in {location}/card.md")
 
 
@@ -121,8 +124,16 @@ def _facts(location: str, found: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("files", f"{location}/data/*.parquet, described in {location}/card.md"),
     ]
     if found["unreadable"]:
-        facts.append(("not read", ", ".join(found["unreadable"][:5]) + ": no whole parts of this dataset; build again"))
+        facts.append(("not read", _unread(found["unreadable"])))
     return [fact for fact in facts if fact[1]]
+
+
+def _unread(names: Sequence[str]) -> str:
+    more = f" and {len(names) - 5} more" if len(names) > 5 else ""
+    return (
+        ", ".join(names[:5]) + f"{more}: no whole parts of this dataset. Build again; then remove what is still named "
+        "here, as programs that read data/*.parquet take it for a part"
+    )
 
 
 def _state(found: Mapping[str, Any]) -> str:

@@ -24,6 +24,8 @@ _USUAL_ORDER = 6.0  # of the shaft, where no bearing is known
 _HARMONICS = 4.5
 _MOST_HARMONICS = 12
 _SEGMENT_TURNS = 32
+#: Of a band, in steps of one over the record's length: in fewer an envelope has no line above its own noise floor.
+_LEAST_CELLS = 32
 
 
 @dataclass(frozen=True)
@@ -97,6 +99,11 @@ def measure(
     if band_hz is not None and band_hz[1] > 0.5 * rate_hz:
         raise InvalidValueError(
             f"Band {band_hz[0]:g}-{band_hz[1]:g} Hz; allowed: up to {0.5 * rate_hz:g} Hz, half the sampling rate."
+        )
+    if band_hz is not None and (band_hz[1] - band_hz[0]) * looked.recording.duration_s < _LEAST_CELLS:
+        raise InvalidValueError(
+            f"Band {band_hz[0]:g}-{band_hz[1]:g} Hz; allowed: {_LEAST_CELLS / looked.recording.duration_s:.3g} Hz wide "
+            "or wider for a record of this length. An envelope holds no frequency above its band's width."
         )
     known = known_rhythms(looked.recording.nameplate, shaft)
     usual = _USUAL_RHYTHM_HZ if shaft is None else _USUAL_ORDER * shaft.mean_hz

@@ -17,6 +17,7 @@ _SLOWEST_HZ, _WIDEST_HZ = 3.0, 120.0
 _WIDEST_ORDER = 6.0
 _LEAST_RATIO = 16.0  # of a cepstral peak: noise reaches it in one of a hundred records
 _DOUBT = 2e-3
+_LEAST_CELLS = 4.0  # a Hann window's line is four bins wide: nearer lines are not told apart
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +91,12 @@ def _asked_family(
     carrier, spacing = asked
     if carrier >= 0.5 * rate_hz:
         raise InvalidValueError(f"Carrier {carrier:g} Hz; allowed: below {0.5 * rate_hz:g} Hz, half the sampling rate.")
+    narrowest = _LEAST_CELLS * spectrum.resolution_hz
+    if spacing < narrowest:
+        raise InvalidValueError(
+            f"Spacing {spacing:g} Hz; allowed: {narrowest:.3g} Hz or more, else carrier and sidebands are one line in "
+            "the spectrum of this record. Take a longer record."
+        )
     family = find_sidebands(spectrum, channel=channel, carrier_hz=carrier, modulator_hz=spacing, pairs=4)
     deviation = 0.5 * spectrum.resolution_hz
     return BlindFamily(spacing, deviation, family, 0.0, *attributed(spacing, deviation, known, _DOUBT))

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from ..datasets.recording import Recording
+    from .signal.checks import DataCheck
 
 _DONE, _FILE_FAILED, _OUTPUT_FAILED = 0, 3, 4
 _LEAST_SAMPLES = 256
@@ -173,14 +174,14 @@ def open_file(request: Request) -> Looked:
         When the file cannot be read or no channel is usable.
     """
     from ..datasets.reading import read
-    from .signal.checks import UNUSABLE, check_channel, check_tacho, repair
+    from .signal.checks import UNUSABLE, check_channel, repair
 
     recording = read(request.file, metadata=request.metadata, sidecar=request.sidecar)
     warnings, kept, tacho = list(recording.warnings), [], None
     for index, channel in enumerate(recording.channels):
         if channel.quantity == "tacho" and tacho is None:
             tacho = repair(recording.signals[index])
-            found = check_tacho(tacho, rate_hz=recording.rate_hz, name=channel.name)
+            found = _tacho_checks(tacho, recording, channel.name)
         elif channel.is_vibration:
             found = check_channel(recording.signals[index], rate_hz=recording.rate_hz, name=channel.name)
             if not any(check.code in UNUSABLE for check in found):
@@ -189,7 +190,8 @@ def open_file(request: Request) -> Looked:
             continue
         warnings += [check.message for check in found]
     if not kept:
-        raise InvalidValueError("No usable vibration channel. " + " ".join(warnings))
+        held = ", ".join(f"{one.name} ({one.quantity or 'no unit'})" for one in recording.channels)
+        raise InvalidValueError(" ".join([f"No usable vibration channel; the file holds {held}.", *warnings]))
     if recording.samples < _LEAST_SAMPLES:
         raise InvalidValueError(
             f"Record of {recording.samples} samples; allowed: {_LEAST_SAMPLES} or more. Give a longer record."
@@ -198,6 +200,18 @@ def open_file(request: Request) -> Looked:
     signals = np.stack([repair(row) for row in part.signals])
     part = replace(part, signals=signals - signals.mean(axis=1, keepdims=True))
     return Looked(part, tacho, tuple(warnings))
+
+
+def _tacho_checks(tacho: np.ndarray, recording: Recording, name: str) -> list[DataCheck]:
+    """Say what was put right in a tacho's pulses, or that they give no speed."""
+    from .signal.checks import DataCheck, check_tacho
+    from .signal.speed import speed_from_tacho
+
+    pulses = recording.pulses_per_revolution
+    if speed_from_tacho(tacho, rate_hz=recording.rate_hz, pulses_per_revolution=pulses) is None:
+        words = f"{name}: no pulse train in the tacho channel; the speed comes from elsewhere. Check --tacho."
+        return [DataCheck("tacho", name, words, 0.3)]
+    return check_tacho(tacho, rate_hz=recording.rate_hz, name=name)
 
 
 def shaft_of(looked: Looked, *, range_hz: tuple[float, float] | None = None) -> Shaft | None:
@@ -291,12 +305,16 @@ def _tracked(looked: Looked, range_hz: tuple[float, float], *, least: float) -> 
     )  # fmt: skip
 
 
-def without_speed(range_hz: tuple[float, float] | None) -> InvalidValueError:
+def without_speed(looked: Looked, range_hz: tuple[float, float] | None) -> InvalidValueError:
     """Return the error of a command that needs a speed and has none."""
-    advice = (
-        "Widen --speed-range." if range_hz else "Give --tacho, or --speed RPM, or --speed-range LOW-HIGH for a run-up."
-    )
-    return InvalidValueError(f"No shaft speed found in the vibration. {advice}")
+    hint = looked.recording.condition.speed_rpm
+    where, advice = "", "Give --tacho, or --speed RPM, or --speed-range LOW-HIGH for a run-up."
+    if range_hz is not None:
+        where = f" between {60 * range_hz[0]:g} and {60 * range_hz[1]:g} rpm"
+        advice = "Widen --speed-range, or take a longer record."
+    elif hint:
+        where, advice = f" near {hint:g} rpm", "Give --tacho, or --speed-range LOW-HIGH for a run-up."
+    return InvalidValueError(f"No shaft speed found in the vibration{where}. {advice}")
 
 
 def at_equal_angles(looked: Looked, shaft: Shaft | None) -> tuple[np.ndarray, float]:

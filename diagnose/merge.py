@@ -36,6 +36,7 @@ _WORDS = {
 _LIKELY = 0.5
 _SURE = 0.9
 _PASSING = 0.8
+_NOT_ACCEPTABLE = ("C", "D")  # ISO 20816-1: unsatisfactory for long-term continuous operation, and worse
 
 
 @dataclass(frozen=True)
@@ -240,11 +241,14 @@ def verdict(
         return f"{NO_ROTATION[state]} No diagnosis."
     if speed is None:
         return "The shaft speed is unknown, so no line can be named. Pass --speed."
-    level = ""
+    level, high = "", ""
     if severity and speed.confidence >= TRUSTED_SPEED:
         # The band of the severity tables depends on the speed.
         worst = severity[0]
         level = f" Severity: zone {worst.zone} ({worst.value:.3g} {worst.unit}, {worst.standard})."
+        if worst.zone in _NOT_ACCEPTABLE:
+            same = worst.alarm is not None and worst.value <= worst.alarm
+            high = f" in zone {worst.zone}{', not significantly above the baseline' if same else ''}"
     if turns < LEAST_TURNS:
         return (
             f"The record is too short for a diagnosis: {turns:.1f} turns, at least {LEAST_TURNS:.0f} are needed.{level}"
@@ -260,4 +264,6 @@ def verdict(
     if findings:
         best = findings[0]
         return f"Nothing certain. The strongest hint is {_WORDS[best.fault]} ({best.probability:.0%}).{rest}{level}"
+    if high:
+        return f"The level is{high}, and no known fault explains it.{rest}{level}"
     return f"No fault is evident from this measurement.{rest}{level}"

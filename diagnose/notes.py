@@ -1,14 +1,12 @@
-"""What the user must know beside the findings: data quality, doubts about the speed, what nothing explains."""
+"""What the user must know beside the findings: data quality, doubts about the speed and the baseline."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from .compare import comparable, floor_change_db, path_changed
-from .faults.bearing import defect_odds, shaft_ratios
+from .compare import comparable, path_changed
 from .faults.gear import attributions
 from .observe import Observation
-from .result import Finding
 
 #: What to say of a record in which no line can be named, by its state.
 NO_ROTATION = {
@@ -19,7 +17,6 @@ NO_ROTATION = {
     "no sensor": "No usable vibration channel.",
 }
 _SHORT_TURNS = 20
-_RISE_DB = 6.0
 _NOMINAL_ERROR = 0.02
 
 
@@ -31,16 +28,6 @@ def notes(now: Observation, baseline: Observation | None) -> tuple[str, ...]:
     found += _speed_doubts(now)
     if baseline is not None:
         found += _baseline_doubts(now, baseline)
-    return tuple(found)
-
-
-def unexplained(now: Observation, baseline: Observation | None, findings: tuple[Finding, ...]) -> tuple[str, ...]:
-    """Return what is clearly there and no fault of the catalogue accounts for."""
-    if not now.turning:
-        return ()
-    found = [] if baseline is None else _unexplained_change(now, baseline, findings)
-    if not now.recording.nameplate.bearings:
-        found += _unknown_rhythm(now)
     return tuple(found)
 
 
@@ -95,43 +82,4 @@ def _baseline_doubts(now: Observation, baseline: Observation) -> list[str]:
     return [
         f"The path from the machine to the sensor changed on {', '.join(changed)}: noise fell in one band and rose in "
         "another. Re-mounted sensor or re-assembled machine? Moderate changes of lines mean little then."
-    ]
-
-
-def _unexplained_change(now: Observation, baseline: Observation, findings: tuple[Finding, ...]) -> list[str]:
-    """Say so when the noise rose broadly and no finding accounts for it."""
-    if not comparable(now, baseline) or any(one.probability > 0.5 for one in findings):
-        return []
-    centres, change = floor_change_db(now, baseline)
-    rises = np.median(change, axis=0)
-    high = np.flatnonzero(rises > _RISE_DB)
-    if not high.size:
-        return []
-    worst = int(high[np.argmax(rises[high])])
-    return [
-        f"The noise rose by {rises[worst]:.0f} dB round {centres[worst]:.0f} Hz (median of the channels) "
-        "and no fault of the catalogue accounts for it."
-    ]
-
-
-def _unknown_rhythm(now: Observation) -> list[str]:
-    """Say so when strong impacts repeat at an order that is no multiple of the shaft and no bearing is known."""
-    best = None
-    for envelope in now.envelopes:
-        spectrum = envelope.spectrum
-        order = spectrum.frequency_hz / now.speed_hz
-        inside = order > 1.3
-        for ratio in shaft_ratios(now):
-            distance = np.abs(order - ratio * np.rint(order / ratio))
-            inside &= distance > 0.04 * ratio + 1.5 * spectrum.resolution_hz / now.speed_hz
-        depth = np.where(inside & (spectrum.power_ratio[0] > now.significant_ratio), spectrum.amplitude[0], 0.0)
-        index = int(np.argmax(depth))
-        if depth[index] > 0 and (best is None or depth[index] > best[0]):
-            best = (float(depth[index]), float(order[index]), envelope)
-    if best is None or defect_odds(best[0]) < 1.0:
-        return []
-    depth, order, envelope = best
-    return [
-        f"Impacts repeat at {order:.3f}X ({depth:.0%} modulation, {envelope.low_hz:.0f}-{envelope.high_hz:.0f} Hz), no "
-        "multiple of the shaft speed: a rolling bearing? Pass --bearing to name it."
     ]

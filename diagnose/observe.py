@@ -97,13 +97,16 @@ class Observation:
 
     def line(self, order: float, *, channel: int, name: str | None = None, tolerance_bins: float = 1.0) -> Line:
         """Return the spectral line at an order of the shaft speed, one channel."""
+        tolerance = tolerance_bins * self.spectrum.resolution_hz + self.speed_doubt_hz(order)
+        return self.line_at(
+            order * self.speed_hz, channel=channel, name=name or order_name(order), tolerance_hz=tolerance
+        )
+
+    def speed_doubt_hz(self, order: float) -> float:
+        """Return the standard deviation of the place of an order that comes from the speed; 0 at constant angle."""
         speed = self.speed
         assert speed is not None
-        doubt = 0.0 if self.order_tracked else order * (speed.high_hz - speed.low_hz) / 4
-        tolerance = tolerance_bins * self.spectrum.resolution_hz + doubt
-        return self.line_at(
-            order * speed.speed_hz, channel=channel, name=name or order_name(order), tolerance_hz=tolerance
-        )
+        return 0.0 if self.order_tracked else order * (speed.high_hz - speed.low_hz) / 4
 
     def line_at(self, frequency_hz: float, *, channel: int, name: str, tolerance_hz: float) -> Line:
         """Return the highest line within a tolerance of a frequency, one channel; amplitude 0 beyond the spectrum."""

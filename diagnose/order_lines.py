@@ -9,6 +9,8 @@ from .observe import Observation
 from .result import Line
 
 _RISE_THAT_COUNTS = 2.0  # a line counts against a baseline when it at least doubled
+_BEARING_MOVES = 0.025  # slip, load and contact angle move a bearing's rhythm by up to this share
+_LEAST_PLACES = 4.0  # places of a line that this range must hold before a bearing's line is told from the shaft's
 
 
 def long_comb(now: Observation, baseline: Observation) -> float:
@@ -44,7 +46,19 @@ def strongest_line(now: Observation, baseline: Observation | None, order: float)
 
 
 def owned_by_machine(now: Observation, order: float) -> bool:
-    """Return whether a known bearing, another shaft or a gear has a line within 2.5 % of this order."""
+    """Return whether a line at this order may belong to a bearing, another shaft or a gear (within 2.5 %)."""
+    plate = now.recording.nameplate
+    others: list[float] = []
+    for gear in plate.gears:
+        for ratio in (gear.driver_ratio, gear.driven_ratio):
+            if ratio is not None and abs(ratio - 1.0) > 1e-6:
+                # Whole orders are the reference shaft's own, whatever else falls on them.
+                others += [ratio * k for k in range(1, 15) if abs(ratio * k - round(ratio * k)) > 1e-6]
+    return _near(order, others) or (near_a_bearing(now, order) and not locked_to_the_shaft(now, order))
+
+
+def near_a_bearing(now: Observation, order: float) -> bool:
+    """Return whether a rhythm of a known bearing, or its sideband of the shaft, lies within 2.5 % of this order."""
     owners: list[float] = []
     for bearing in now.recording.nameplate.bearings:
         orders = bearing.geometry.defect_orders()
@@ -62,12 +76,40 @@ def owned_by_machine(now: Observation, order: float) -> bool:
                 abs(scaled - 2),
                 scaled + 2,
             ]
-    for gear in now.recording.nameplate.gears:
-        for ratio in (gear.driver_ratio, gear.driven_ratio):
-            if ratio is not None and abs(ratio - 1.0) > 1e-6:
-                # Whole orders are the reference shaft's own, whatever else falls on them.
-                owners += [ratio * k for k in range(1, 15) if abs(ratio * k - round(ratio * k)) > 1e-6]
-    return any(abs(owner / order - 1.0) < 0.025 for owner in owners)
+    return _near(order, owners)
+
+
+def locked_to_the_shaft(now: Observation, order: float) -> bool:
+    """Return whether the record shows that the line at this order is the shaft's and not a bearing's beside it.
+
+    The shaft's line stands at the order itself. A bearing's may stand anywhere within the 2.5 % that slip, load and
+    contact angle move it; where that is no wider than four times what the record tells of a line's place, a bearing's
+    line would too often be taken for the shaft's, and nothing is decided. Without a significant line there is nothing
+    to own.
+    """
+    if not bearing_resolved(now, order):
+        return False
+    place = _place_hz(now, order)
+    lines = [now.line(order, channel=channel) for channel in range(now.channel_count)]
+    seen = [line for line in lines if now.is_significant(line)]
+    if not seen:
+        return True
+    clearest = max(seen, key=lambda line: line.signal_to_noise)
+    return abs(clearest.frequency_hz - order * now.speed_hz) <= place
+
+
+def bearing_resolved(now: Observation, order: float) -> bool:
+    """Return whether record and speed are good enough to tell a line at this order from a bearing's beside it."""
+    return _BEARING_MOVES * order * now.speed_hz >= _LEAST_PLACES * _place_hz(now, order)
+
+
+def _place_hz(now: Observation, order: float) -> float:
+    """Return how well the record tells the place of a line: a quarter of a bin, and the doubt of the speed."""
+    return 0.25 * now.spectrum.resolution_hz + now.speed_doubt_hz(order)
+
+
+def _near(order: float, owners: list[float]) -> bool:
+    return any(abs(owner / order - 1.0) < _BEARING_MOVES for owner in owners)
 
 
 def fractions_resolved(now: Observation) -> bool:

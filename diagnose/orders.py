@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..simulators.errors import InvalidValueError
 from .look import Looked, Shaft, shaft_of, without_speed
 
 if TYPE_CHECKING:
@@ -31,7 +32,8 @@ class FollowedOrder:
     channel : int
     order : float
     amplitude, phase_deg : numpy.ndarray, shape (points,)
-        Peak amplitude, and the lead over the tacho's mark (over an arbitrary zero without one).
+        Peak amplitude, NaN where the order exceeds half the sampling rate, and the lead over the tacho's mark (over
+        an arbitrary zero without one).
     noise : float
         Amplitude that noise has in a frame of the order map near this order.
     """
@@ -70,14 +72,15 @@ def measure(
     Raises
     ------
     InvalidValueError
-        Without a speed, or when the record is too short for one frame.
+        Without a speed, when the record is too short for one frame, or for orders or a bandwidth that it cannot hold.
     """
     from .signal.order_map import order_map
     from .signal.vold_kalman import order_waveforms
 
     shaft = shaft_of(looked, range_hz=range_hz)
     if shaft is None:
-        raise without_speed(range_hz)
+        raise without_speed(looked, range_hz)
+    _check_orders(wanted, shaft, looked.recording.rate_hz, bandwidth_hz)
     recording, phase = looked.recording, shaft.phase_turns
     turns = int(np.floor(phase[-1]) - np.ceil(phase[0]))
     frame = max(min(_FRAME_TURNS, turns // 2), 1)
@@ -85,7 +88,8 @@ def measure(
         recording.signals,
         rate_hz=recording.rate_hz,
         phase_turns=phase,
-        highest_order=highest_order,
+        # Where an order is followed the map says what noise is.
+        highest_order=max(highest_order, *wanted),
         turns_a_frame=frame,
         turns_a_step=max(frame // 4, 1),
     )
@@ -98,10 +102,18 @@ def measure(
     )
     # The filters are still filling at both ends.
     edge = min(int(recording.rate_hz / shaft.lowest_hz * 4), recording.samples // 8)
-    at = np.linspace(edge, recording.samples - 1 - edge, min(_POINTS, recording.samples)).astype(int)
+    first, last = _with_pulses(shaft, recording.rate_hz, edge, recording.samples - 1 - edge)
+    at = np.linspace(first, last, min(_POINTS, recording.samples)).astype(int)
     speed = np.interp(at / recording.rate_hz, shaft.time_s, shaft.speed_hz)
+    # Beyond half the sampling rate an order is not zero but unknown.
     followed = tuple(
-        FollowedOrder(channel, order, np.abs(one[at]), np.degrees(np.angle(one[at])), _noise_at(found, channel, order))
+        FollowedOrder(
+            channel,
+            order,
+            np.where(order * speed < 0.5 * recording.rate_hz, np.abs(one[at]), np.nan),
+            np.degrees(np.angle(one[at])),
+            _noise_at(found, channel, order, 0.5 * recording.rate_hz),
+        )
         for channel, rows in enumerate(waveforms.envelope)
         for order, one in zip(wanted, rows, strict=True)
     )
@@ -109,11 +121,41 @@ def measure(
     return Orders(shaft, found, at / recording.rate_hz, speed, followed, waveforms, orbits, pair)
 
 
-def _noise_at(found: OrderMap, channel: int, order: float) -> float:
-    """Return the noise floor of the order map beside an order, over all frames."""
+def _check_orders(wanted: tuple[float, ...], shaft: Shaft, rate_hz: float, bandwidth_hz: float | None) -> None:
+    """Raise InvalidValueError for orders that the record cannot hold, or a filter that cannot keep them apart."""
+    highest = 0.5 * rate_hz / shaft.lowest_hz
+    if max(wanted) >= highest:
+        raise InvalidValueError(
+            f"Order {max(wanted):g}; allowed: below {highest:.4g}, half the sampling rate at "
+            f"{60 * shaft.lowest_hz:.0f} rpm. Leave it out."
+        )
+    widest = min(np.diff([0.0, *sorted(wanted)])) * shaft.highest_hz
+    if bandwidth_hz is not None and bandwidth_hz > widest:
+        raise InvalidValueError(
+            f"Bandwidth {bandwidth_hz:g} Hz; allowed: up to {widest:.4g} Hz, the distance of these orders from each "
+            f"other and from zero at {60 * shaft.highest_hz:.0f} rpm. Give a narrower one."
+        )
+
+
+def _with_pulses(shaft: Shaft, rate_hz: float, first: int, last: int) -> tuple[int, int]:
+    """Return the part of a range of samples in which a tacho tells the angle; the whole range without one."""
+    if shaft.method != "tacho":
+        return first, last
+    # The speed's times are middles, a turn or more from its ends.
+    begin = int((shaft.time_s[0] - 1 / shaft.speed_hz[0]) * rate_hz)
+    end = int((shaft.time_s[-1] + 1 / shaft.speed_hz[-1]) * rate_hz)
+    if max(first, begin) < min(last, end):
+        return max(first, begin), min(last, end)
+    return max(begin, 0), min(end, shaft.phase_turns.size - 1)
+
+
+def _noise_at(found: OrderMap, channel: int, order: float, highest_hz: float) -> float:
+    """Return the noise floor of the order map beside an order, over the frames that can hold it."""
     from .signal.spectrum import noise_floor
 
-    mean = np.sqrt((np.abs(found.amplitude[channel]) ** 2).mean(axis=0))[None]
+    held = order * found.speed_hz < highest_hz
+    rows = found.amplitude[channel, held if held.any() else slice(None)]
+    mean = np.sqrt((np.abs(rows) ** 2).mean(axis=0))[None]
     floor = noise_floor(mean, half_width_bins=max(int(1.0 / found.orders[1]), 8))[0]
     return float(floor[int(np.argmin(np.abs(found.orders - order)))])
 
@@ -141,12 +183,12 @@ def summary(found: Orders, one: FollowedOrder) -> dict[str, Any]:
 
     A phase is stated where it has a mark to refer to and the order stands 10 dB above the noise.
     """
-    top = int(np.argmax(one.amplitude))
+    top = int(np.nanargmax(one.amplitude))
     over_noise = 20 * float(np.log10(max(one.amplitude[top], 1e-300) / max(one.noise, 1e-300)))
     has_phase = found.shaft.has_mark and over_noise > CLEAR_DB
     return {
         "order": one.order,
-        "median": float(np.median(one.amplitude)),
+        "median": float(np.nanmedian(one.amplitude)),
         "largest": float(one.amplitude[top]),
         "rpm_at_largest": float(60 * found.speed_hz[top]),
         "phase_deg_at_largest": float(one.phase_deg[top]) if has_phase else None,

@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 _MOST_ORDERS = 12
 
 OrderList = Annotated[str, option("--orders", value="LIST", text="Orders to follow: 0.5,1,2,3. Left out: 1,2,3.")]
-HighestOrder = Annotated[float, option("--highest-order", value="NUMBER", text="Of the order map. Left out: 10.")]
+HighestOrder = Annotated[
+    float, option("--highest-order", value="NUMBER", text="Of the order map, or the highest of --orders. Left out: 10.")
+]
 Bandwidth = Annotated[
     float | None,
     option("--bandwidth", value="HZ", text="Of the order filters. Left out: 0.15 of the lowest speed."),
@@ -51,8 +53,8 @@ def orders(
     record = options.record_metadata(rate, speed, tacho, pulses_per_revolution)
     channels = options.channel_metadata(unit, sensitivity, channel_name, direction, skip)
     wanted, limits = order_list(follow), speed_range_hz(speed_range)
-    if not 0 < highest_order <= 1000:
-        raise InvalidValueError(f"Highest order {highest_order}; allowed: above 0, up to 1000.")
+    if not 1 <= highest_order <= 1000:
+        raise InvalidValueError(f"Highest order {highest_order}; allowed: 1 to 1000.")
     request = Request(file, record.merged_over(channels), sidecar, report, as_json, force)
 
     def work(looked: Looked) -> Answer:

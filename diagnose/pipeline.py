@@ -15,11 +15,12 @@ from . import evidence
 from .features import features
 from .learning.opinion import opinion_of, with_opinion
 from .merge import BlockResult, merge
-from .notes import notes, remarks, unexplained
+from .notes import notes, remarks
 from .observe import Observation, observe
 from .pictures import pictures
 from .result import Analysis, Pictures
 from .severity import assess
+from .unexplained import unexplained
 
 #: Samples per channel analysed at a time: 20 s at 25.6 kHz.
 BLOCK_SAMPLES = 1 << 19
@@ -158,7 +159,7 @@ def _analyse_block(
         refusal=refusal,
         features=measured,
         notes=(*told, *notes(observation, before)),
-        unexplained=unexplained(observation, before, findings),
+        unexplained=unexplained(observation, before, findings, severity),
         remarks=remarks(observation),
         lines_tested=observation.lines_tested,
         baseline_path=None if healthy is None else healthy.path,

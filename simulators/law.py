@@ -221,7 +221,7 @@ class CompiledForce:
     @functools.cached_property
     def compiled(self) -> Any:
         """The compiled function, as numba's dispatcher."""
-        import numba
+        from .compiled_code import njit
 
         options: dict[str, Any] = {
             "cache": True,
@@ -231,7 +231,7 @@ class CompiledForce:
             "_nrt": False,
         }
         with no_collecting():
-            return numba.njit(force_signature(), **options)(self.py_func)
+            return njit(force_signature(), **options)(self.py_func)
 
     def __call__(self, *arguments: np.ndarray) -> None:
         """Call the compiled function."""

@@ -36,8 +36,8 @@ class SensorChain:
     pole_hz : float, optional
         First-order low-pass of sensor and amplifier, -3 dB there.
     anti_alias_hz : float, optional
-        Butterworth low-pass of order ``anti_alias_order``, -3 dB there, in front of the converter; on top of the
-        simulation's own filter, which is flat up to 0.4 of the output rate.
+        Butterworth low-pass of order ``anti_alias_order`` (1 to 32), -3 dB there, in front of the converter; on top
+        of the simulation's own filter, which is flat up to 0.4 of the output rate.
     noise : mapping of str to float
         One-sided noise density by unit of the channel, in unit/sqrt(Hz): {"m/s2": 3e-4}.
     noise_corner_hz : float
@@ -46,7 +46,7 @@ class SensorChain:
         Measuring range by unit of the channel, from 0 to its end on both sides; for units left out, the range that
         the record fills about its mean.
     bits : int, optional
-        Of the converter; 2^bits steps from -full_scale to +full_scale.
+        Of the converter, 1 to 32; 2^bits steps from -full_scale to +full_scale.
     pulses_per_revolution : int
         Of the tacho; 0 for none.
     tacho_ratio : float
@@ -71,15 +71,18 @@ class SensorChain:
     pulse_jitter: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("mounting_hz", "pole_hz", "anti_alias_hz", "bits", "anti_alias_order", "tacho_ratio"):
+        for name in ("mounting_hz", "pole_hz", "anti_alias_hz", "tacho_ratio"):
             _check(name, getattr(self, name), lowest_excluded=0.0)
+        for name in ("bits", "anti_alias_order"):
+            _check(name, getattr(self, name), lowest=1, highest=32)
         for name in ("mounting_damping_ratio", "high_pass_hz", "noise_corner_hz", "pulses_per_revolution"):
             _check(name, getattr(self, name), lowest=0.0)
         _check("pulse_width", self.pulse_width, lowest=0.01, highest=0.9)
         _check("pulse_jitter", self.pulse_jitter, lowest=0.0, highest=0.1)
-        for name in ("noise", "full_scale"):
-            for unit, value in getattr(self, name).items():
-                _check(f"{name}[{unit!r}]", value, lowest=0.0)
+        for unit, value in self.noise.items():
+            _check(f"noise[{unit!r}]", value, lowest=0.0)
+        for unit, value in self.full_scale.items():
+            _check(f"full_scale[{unit!r}]", value, lowest_excluded=0.0)
 
     @property
     def is_random(self) -> bool:

@@ -24,8 +24,16 @@ _PRIOR = 0.15
 _OTHER_SUPPORT = 0.2  # share of looseness in risen mesh lines where directions cannot be compared
 _ANOTHER_PATH_DB = 6.0  # as for the noise floor in ``compare.path_changed``
 _RISEN_ALIKE = 0.35  # share of tooth and run-out faults where the mesh rose as much as its sidebands
+_RIVALS = {
+    # Once a turn the centre distance changes, whether the gear runs out or its shaft whirls.
+    "gear_eccentricity": ("gear_tooth_fault", "unbalance"),
+    "gear_tooth_fault": ("gear_eccentricity",),
+    "gear_wear": ("looseness",),
+    "looseness": ("gear_wear",),
+}
 _CHECKS = {
-    "gear_eccentricity": "Measure run-out of the gear; check bore, key and shaft.",
+    "gear_eccentricity": "Measure run-out of the gear; check bore, key and shaft. Unbalance of the shaft modulates the "
+    "mesh once a turn too, but grows with the speed squared.",
     "gear_tooth_fault": "Inspect the teeth of this gear; take a synchronous average with a tacho on this shaft.",
     "gear_wear": "Inspect tooth flanks and oil debris; compare with records at the same load. Wear lifts the mesh "
     "lines of all directions alike, a loose joint does not.",
@@ -137,8 +145,7 @@ def _judge_pair(now: Observation, baseline: Observation | None, gear: GearPair) 
             ("gear_eccentricity", 0.5 * strength * (1 - 0.5 * many)),
             ("gear_tooth_fault", 0.5 * strength * 0.6 * many),
         ):
-            rival = "gear_tooth_fault" if fault == "gear_eccentricity" else "gear_eccentricity"
-            findings.append(Finding(fault, probability, summary, lines, _CHECKS[fault], (rival,)))
+            findings.append(Finding(fault, probability, summary, lines, _CHECKS[fault], _RIVALS[fault]))
     return _best_of_each(findings)
 
 
@@ -282,10 +289,10 @@ def _judge_growth(now: Observation, baseline: Observation, gear: GearPair, curre
         modulated = 0.8 * (index + _RISEN_ALIKE * max(alike - index, 0.0))
         worn = 0.8 * mesh * (1 - 0.7 * index)
         findings += [
-            _finding(now, baseline, best, "gear_tooth_fault", modulated * local, summary, "gear_eccentricity"),
-            _finding(now, baseline, best, "gear_eccentricity", modulated * (1 - local), summary, "gear_tooth_fault"),
-            _finding(now, baseline, loudest, "gear_wear", worn * (1 - loose), summary, "looseness"),
-            _finding(now, baseline, loudest, "looseness", worn * loose, summary, "gear_wear"),
+            _finding(now, baseline, best, "gear_tooth_fault", modulated * local, summary),
+            _finding(now, baseline, best, "gear_eccentricity", modulated * (1 - local), summary),
+            _finding(now, baseline, loudest, "gear_wear", worn * (1 - loose), summary),
+            _finding(now, baseline, loudest, "looseness", worn * loose, summary),
         ]
     return _best_of_each(findings)
 
@@ -297,10 +304,9 @@ def _finding(
     fault: str,
     probability: float,
     summary: str,
-    rival: str,
 ) -> Finding:
     lines = _with_baseline(_lines(now, [shown.family]), baseline)
-    return Finding(fault, probability, summary, lines, _CHECKS[fault], (rival,))
+    return Finding(fault, probability, summary, lines, _CHECKS[fault], _RIVALS[fault])
 
 
 def _other_support(grown: list[Growth]) -> float:

@@ -5,10 +5,12 @@ Reference: A. Muszynska, "Whirl and whip - rotor/bearing stability problems", J.
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..compare import comparable
 from ..observe import Observation
 from ..order_lines import doubt_of_shafts, fractions_resolved
-from ..result import Finding
+from ..result import Finding, Line
 from ..signal.spectrum import peak_near
 
 _NEW = 10.0  # growth from which a line was not there before
@@ -31,7 +33,7 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
         )
         if now.is_significant(line) and (best is None or ratio > best[1]):
             best, index = (line, ratio), channel
-    if best is None:
+    if best is None or _is_image(now, best[0]):
         return []
     line, ratio = best
     growth = None
@@ -59,6 +61,23 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
             ("rub", "bearing_cage"),
         )
     ]
+
+
+def _is_image(now: Observation, line: Line) -> bool:
+    """Return whether a stronger line stands at 1X less this one: then this is the difference that it makes with 1X.
+
+    Where forces grow faster than the motion, two lines make lines at their sum and difference, weaker than the source.
+    """
+    image_hz = now.speed_hz - line.frequency_hz
+    tolerance = 1.5 * now.spectrum.resolution_hz + now.speed_doubt_hz(1.0)
+    sizes = np.zeros(2)
+    for channel in range(now.channel_count):
+        for index, frequency in enumerate((line.frequency_hz, image_hz)):
+            found = now.line_at(frequency, channel=channel, name="image", tolerance_hz=tolerance)
+            if now.is_significant(found):
+                displacement = _velocity(now, channel, found.frequency_hz, found.amplitude) / found.frequency_hz
+                sizes[index] += displacement**2
+    return bool(sizes[1] > sizes[0])
 
 
 def _velocity(now: Observation, channel: int, frequency_hz: float, amplitude: float) -> float:

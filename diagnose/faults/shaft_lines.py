@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..compare import comparable, floor_rise_near, odds_of_rise, order_change_db, repeatability_db
+from ..compare import comparable, floor_rise_near, odds_of_rise, order_change_db, repeatability_db, risen_db
 from ..observe import Observation
 from ..order_lines import long_comb, owned_by_machine
 from ..result import Finding, Line
@@ -17,6 +17,7 @@ from ..result import Finding, Line
 #: Chance that something is wrong with the shaft, by severity zone of the measurement; None: no zone known.
 _ABNORMAL = {"A": 0.03, "B": 0.10, "C": 0.50, "D": 0.80, None: 0.20}
 _PRIOR_OF_RISE = 0.15
+_FORCES_THAT_CANCEL = 0.25  # share of new forces that leave 1X of some sensors as it was; a judgement, not measured
 _STOPPED_DB = -20.0  # a 1X that fell so far belongs to a machine that is not running as it did
 _CHECKS = {
     "unbalance": "Check deposits, lost weights and the phase between bearings; balance with a trial weight.",
@@ -114,16 +115,22 @@ def _judge_change(now: Observation, baseline: Observation) -> list[Finding]:
     one = float(np.median(change[1.0][radial]))
     if one < _STOPPED_DB:
         return []
-    rose = _probability_of_rise(one, scatter, typical_db=15.0, spread_db=8.0)
+    rise, said_by = risen_db(change[1.0][radial], scatter)
+    rose = _probability_of_rise(rise, scatter, typical_db=15.0, spread_db=8.0)
     share = float(np.median([now.velocity_share(1, channel=channel) for channel in radial]))
     text = ", ".join(
         f"{order:.0f}X {np.median(values[radial]):+.0f} dB ({values.min():+.0f} to {values.max():+.0f})"
         for order, values in change.items()
     )
     note = "; the transfer path changed too, so small changes mean nothing" if scatter > 5 else ""
+    if len(said_by) < len(radial):
+        names = [now.recording.channels[radial[index]].name for index in said_by]
+        text += f"; 1X rose most on {', '.join(names)}"
     summary = f"Against the baseline {text}; 1X carries {share:.0%} of the radial velocity{note}."
     usable = _own_harmonics(now)
-    of_one = {fault: rose * part for fault, part in _causes_of_1x(now, baseline, change, share, usable).items()}
+    others = np.delete(change[1.0][radial], said_by)
+    causes = _causes_of_1x(now, baseline, change, share, usable, _stayed(others, scatter))
+    of_one = {fault: rose * part for fault, part in causes.items()}
     largest = _risen_harmonics(now, change, usable, max(one, 0.0), scatter)
     harmonics = 0.7 * _probability_of_rise(largest, scatter, typical_db=8.0, spread_db=6.0)
     harmonics *= 1 - long_comb(now, baseline)
@@ -145,15 +152,28 @@ def _probability_of_rise(change_db: float, scatter: float, *, typical_db: float,
     return odds / (1 + odds)
 
 
+def _stayed(others_db: np.ndarray, scatter: float) -> float:
+    """Return how surely 1X stayed where it was on the channels beside those that tell of a rise; 0 without any."""
+    if not others_db.size:
+        return 0.0
+    return 1.0 / (1.0 + float(np.exp(np.clip((others_db.mean() - 2 * scatter) / 2, -40, 40))))
+
+
 def _causes_of_1x(
-    now: Observation, baseline: Observation, change: dict[float, np.ndarray], share: float, usable: list[float]
+    now: Observation,
+    baseline: Observation,
+    change: dict[float, np.ndarray],
+    share: float,
+    usable: list[float],
+    stayed: float,
 ) -> dict[str, float]:
     """Return how a risen 1X is shared between its causes; the rest is none of them.
 
     Unbalance, a bow and a coupling that pulls all turn with the shaft: at one speed their 1X is the same force.
     Unbalance is the most frequent by far and gets most. An axial 1X that rose more than the radial one speaks for a
     bent shaft; 2X and 3X that rose more than 1X for misalignment, although a linear coupling makes 1X only; risen noise
-    beside 1X, or one radial direction that rose alone, for a resonance that came near.
+    beside 1X, or one radial direction that rose alone, for a resonance that came near. Where some channels stayed as
+    they were, a force must act elsewhere than the old one and cancel there, which few do.
     """
     radial, axial = now.radial_channels(), now.axial_channels()
     first = change[1.0]
@@ -164,10 +184,15 @@ def _causes_of_1x(
     spread = float(np.ptp(first[radial])) if len(radial) > 1 else 0.0
     beyond = max((float(np.median((change[order] - first)[radial])) for order in usable), default=-np.inf)
     coupled = odds_of_rise(beyond, repeatability=repeatability_db(now, baseline), typical_db=8.0, spread_db=6.0)
+    coupled = min(0.5 + 0.5 * coupled, 10.0)
+    # Harmonics of the one direction in which 1X rose are those of a contact that stands still, judged on their own.
+    contact = stayed * _one_direction(now, change, usable, max(float(np.median(first[radial])), 0.0))
+    coupled += (0.5 - coupled) * contact
+    force = 1 - (1 - _FORCES_THAT_CANCEL) * stayed
     weight = {
-        "unbalance": 0.80 * min(1.0, 0.5 + share),
-        "misalignment": 0.30 * min(0.5 + 0.5 * coupled, 10.0),
-        "bent_shaft": 0.15 * float(np.exp(np.clip(tilt / 5, -2.0, 3.0))),
+        "unbalance": force * 0.80 * min(1.0, 0.5 + share),
+        "misalignment": force * 0.30 * coupled,
+        "bent_shaft": force * 0.15 * float(np.exp(np.clip(tilt / 5, -2.0, 3.0))),
         "resonance": 0.06 * float(np.exp(np.clip((noise - 3) / 3, -2.0, 3.0) + np.clip((spread - 15) / 10, -1.0, 1.5))),
     }
     total = sum(weight.values()) + 0.10
@@ -209,10 +234,14 @@ def _own_harmonics(now: Observation) -> list[float]:
 def _risen_harmonics(
     now: Observation, change: dict[float, np.ndarray], usable: list[float], dragged: float, scatter: float
 ) -> float:
-    """Return the largest rise of 2X and 3X beyond what a risen 1X drags along and what choosing the largest brings."""
+    """Return the largest rise of 2X and 3X beyond what a risen 1X drags along and what choosing the largest brings.
+
+    1X drags them along by as much as it rose on that channel, and at least by as much as in the median.
+    """
     if not usable:
         return -np.inf
-    largest = max(float(change[order].max()) for order in usable) - dragged
+    beside = np.maximum(change[1.0], dragged)
+    largest = max(float((change[order] - beside).max()) for order in usable)
     return largest - 0.7 * scatter * float(np.sqrt(2 * np.log(len(usable) * now.channel_count + 1e-9)))
 
 

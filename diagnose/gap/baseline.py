@@ -2,13 +2,13 @@
 
 Lines y = (1 + g) h(z) + model error + noise. z are the machine's parameters with a prior, in standard coordinates; g is
 one complex gain error a probe; the model error of each order at each probe is a random function of speed. Recordings of
-the healthy machine fix all three as far as they can (Gauss-Newton in z), and what is left of the uncertainty is part of
+the healthy machine fix all three as far as they can (`calibration`), and what is left of the uncertainty is part of
 every later comparison.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from ...simulators.machine import Machine
 from ...simulators.parameter import Normal, Parameter
 from .coordinates import Coordinate, coordinates_of, values_at
-from .lines import Condition, OrderLines, stacked
+from .lines import Condition, OrderLines
 from .predict import Predictor
 
 #: Relative standard deviation of a probe's gain (real and imaginary part): accelerometers and amplifiers in use.
@@ -33,11 +33,8 @@ FREE_ANGLE = 1.8
 NEGLIGIBLE = 2e-3
 #: Steps of the slopes in standard coordinates: of periodic motions, and of motions simulated in time.
 STEP, STEP_IN_TIME = 1e-3, 0.1
-MOST_STEPS = 6
 #: Units of dimensions, and the relative standard deviation of one that no prior is given for: evenly within 1 %.
 DIMENSIONS, DIMENSION_DEVIATION = ("m", "kg", "kg.m2", "kg.m"), 0.0058
-#: Times that the slopes are computed anew in a calibration, and change of a coordinate that does not ask for it.
-LINEARISED, NEAR = 3, 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,68 +186,6 @@ def _gain_slopes(lines: np.ndarray, predictor: Predictor) -> np.ndarray:
     return gains
 
 
-def calibrated(
-    machine: Machine, healthy: OrderLines, predictor: Predictor, *, tell: Callable[[str], None] = lambda _: None
-) -> Baseline:
-    """Return the machine with its parameters where the healthy lines put them, linearised there.
-
-    Only the healthy conditions are used; ``predictor`` is for those.
-    """
-    current = start(machine, predictor, tell=tell)
-    for count in range(LINEARISED):
-        tell(f"calibration, step {count + 1}")
-        if not predictor.repeats(machine):
-            # Each slope is a simulation: the first ones have to do.
-            return _descended(current, machine, healthy, predictor)
-        found = _descended(current, machine, healthy, predictor)
-        far = np.abs(found.position - current.position).max(initial=0.0) > NEAR
-        current = again(found, machine, predictor) if found is not current else current
-        if not far:
-            break
-    return current
-
-
-def _descended(current: Baseline, machine: Machine, healthy: OrderLines, predictor: Predictor) -> Baseline:
-    """Return the baseline where Gauss-Newton steps with constant slopes end."""
-    error = model_error(current.lines, {}, healthy)
-    best = _objective(current, healthy, error)
-    for _ in range(MOST_STEPS):
-        move = np.where(current.active, _newton_step(current, healthy, error)[: current.position.size], 0.0)
-        gained = 0.0
-        for share in (1.0, 0.3, 0.1):
-            trial = shifted(current, machine, share * np.clip(move, -1.0, 1.0), predictor)
-            value = _objective(trial, healthy, error)
-            if value < best:
-                current, gained, best = trial, best - value, value
-                break
-        if gained < 0.1:
-            break
-    return current
-
-
-def _newton_step(current: Baseline, lines: OrderLines, error: np.ndarray) -> np.ndarray:
-    """Return the unknowns' most probable change from the current position and unit gains."""
-    parts = lines.parts
-    residual = stacked(lines.amplitudes - current.lines, parts)
-    slopes = stacked(current.slopes, parts)
-    covariance = noise_covariance(lines) + error_covariance(lines.conditions, error, parts)
-    weighted = np.linalg.solve(covariance, slopes.T)
-    precision = np.diag(current.prior**-2)
-    right = weighted.T @ residual + precision @ current.prior_mean
-    return np.linalg.solve(slopes @ weighted + precision, right)
-
-
-def _objective(current: Baseline, lines: OrderLines, error: np.ndarray) -> float:
-    """Return minus the logarithm of the posterior at the best gains, up to a constant."""
-    parts, own = lines.parts, len(current.coordinates)
-    residual = stacked(lines.amplitudes - current.lines, parts)
-    gains = stacked(current.slopes[own:], parts)
-    covariance = noise_covariance(lines) + error_covariance(lines.conditions, error, parts)
-    covariance += (gains.T * current.prior[own:] ** 2) @ gains
-    outside = current.prior_mean[:own] / current.prior[:own]
-    return 0.5 * float(residual @ np.linalg.solve(covariance, residual)) + 0.5 * float(outside @ outside)
-
-
 def noise_covariance(lines: OrderLines) -> np.ndarray:
     """Return the covariance of the stacked lines' noise, diagonal."""
     real, imaginary = lines.parts
@@ -292,30 +227,6 @@ def similarity(conditions: tuple[Condition, ...]) -> np.ndarray:
     return np.exp(-0.5 * distance)
 
 
-def model_error(lines: np.ndarray, found: Mapping[tuple[int, int], float], healthy: OrderLines) -> np.ndarray:
-    """Return the model error's standard deviation, shape (probes, orders): a share of the line, or what was found."""
-    error = MODEL_ERROR * np.sqrt((np.abs(lines) ** 2).mean(axis=0) / 2)
-    for (probe, order), value in found.items():
-        error[probe, order] = max(error[probe, order], value)
-    return error
-
-
-def residual_error(current: Baseline, healthy: OrderLines) -> np.ndarray:
-    """Return the model error, shape (probes, orders), that the calibrated machine leaves on healthy lines.
-
-    The rms of the real and imaginary parts that exceeds the noise, after the gains have been fitted.
-    """
-    error = model_error(current.lines, {}, healthy)
-    count = np.maximum(healthy.seen.sum(axis=0), 1)
-    return np.sqrt(np.maximum(left_power(current, healthy) / count, error**2))
-
-
-def left_power(current: Baseline, healthy: OrderLines) -> np.ndarray:
-    """Return the squares of what the calibrated machine leaves of healthy lines, less those of noise.
-
-    Summed over the conditions, shape (probes, orders); of the real or the imaginary part, half of both.
-    """
-    error = model_error(current.lines, {}, healthy)
-    left = healthy.amplitudes - current.lines - np.tensordot(_newton_step(current, healthy, error), current.slopes, 1)
-    seen = healthy.seen
-    return np.where(seen, np.abs(left) ** 2 / 2 - np.where(seen, healthy.deviations, 0.0) ** 2, 0.0).sum(axis=0)
+def model_error(lines: np.ndarray) -> np.ndarray:
+    """Return the model error's standard deviation before any healthy line is seen, shape (probes, orders)."""
+    return MODEL_ERROR * np.sqrt((np.abs(lines) ** 2).mean(axis=0) / 2)

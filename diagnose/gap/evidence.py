@@ -3,8 +3,9 @@
 The lines of the healthy conditions and of the conditions to explain share the machine's unknowns and the model error:
 they are one Gaussian vector, and what the healthy lines say is conditioned on. A hypothesis adds a response u. Each of
 its orders but the strongest may be wrong by a complex factor of standard deviation `LAW_TOLERANCE`, as no law holds
-exactly; the factor of the strongest is its strength. At each probe each order may be wrong by `PROBE_TOLERANCE` more,
-and, smoothly in speed and load, by the share by which the calibrated machine misses its own healthy lines.
+exactly; the factor of the strongest is its strength, to `STRENGTH_TOLERANCE`. At each probe each order may be wrong by
+`PROBE_TOLERANCE` more, and, smoothly in speed and load, by the share by which the calibrated machine misses its own
+healthy lines.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ from .transfer_error import TransferError, none_of
 
 #: Of lines with phase, and of sizes of lines without: transfer paths at high frequencies are known to a factor.
 LAW_TOLERANCE, LAW_TOLERANCE_OF_SIZES = 0.15, 0.5
+#: Of the real and the imaginary part of the strongest order: a law is right to 10 %.
+STRENGTH_TOLERANCE = 0.1 / math.sqrt(2)
 PROBE_TOLERANCE, PROBE_TOLERANCE_OF_SIZES = 0.03, 0.3
 
 
@@ -266,6 +269,21 @@ def law_columns(compared: Comparison, response: np.ndarray) -> np.ndarray:
     wrongly = compared.whitened(np.concatenate([passed, 1j * passed]))
     columns = np.concatenate([np.tile(law, 2)[weaker, None] * white[weaker], probes, wrongly])
     return columns[(columns**2).sum(axis=1) > 1e-3]
+
+
+def strength_columns(compared: Comparison, response: np.ndarray) -> np.ndarray:
+    """Return the whitened directions in which the strongest order of a response may be wrong, shape (2, reals).
+
+    They look like another strength, and cost no fit anything; the strength's interval has to hold them.
+    """
+    power = [float((compared.whitened(one) ** 2).sum()) for one in _orders(response)]
+    strongest = _orders(response)[int(np.argmax(power))]
+    return STRENGTH_TOLERANCE * compared.whitened(np.stack([strongest, 1j * strongest]))
+
+
+def _orders(response: np.ndarray) -> np.ndarray:
+    """Return a response (conditions, probes, orders) split into its orders, shape (orders, ...) of itself."""
+    return np.moveaxis(response[..., None] * np.eye(response.shape[-1]), -1, 0)
 
 
 @dataclass(frozen=True, eq=False)

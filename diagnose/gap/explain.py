@@ -12,15 +12,17 @@ from ...simulators.effect import effect_catalogue
 from ...simulators.errors import InvalidValueError
 from ...simulators.machine import Machine
 from ...simulators.solvers.blas import single_blas_thread
-from .baseline import Baseline, again, calibrated, model_error, residual_error
+from .baseline import Baseline, again, model_error
+from .calibration import calibrated, residual_error
 from .evidence import Comparison, Problem
 from .first_look import explainable, reach
 from .found_lines import found_lines
-from .gain import measured_gain
+from .gain import measured_gain, useful_forces
 from .hypotheses import Candidate, candidates
 from .lines import OrderLines
 from .observe import observe_orders, with_floor, with_reference
 from .predict import Predictor
+from .pulse_place import calibrated_with_pulse, turned
 from .result import GapResult
 from .screen import Atom, atoms_of
 from .search import Screening, search, telling_conditions
@@ -66,8 +68,10 @@ class Prepared:
     transfer : TransferError
     waveform : mapping of str to tuple of str
         Channels that show an effect of the measuring chain directly, by the effect's name.
-    found_hz : tuple of float
-        Frequencies of the lines that stay with speed and that no effect states.
+    found_lines : tuple of tuple of float
+        Order and added frequency (Hz) of the lines that the recordings show and that no effect states.
+    pulse_rad : float
+        Angle of the machine at the tacho's pulse: the lines' phases are counted from the machine's zero.
     """
 
     measured: OrderLines
@@ -81,7 +85,8 @@ class Prepared:
     error: np.ndarray
     transfer: TransferError
     waveform: Mapping[str, tuple[str, ...]]
-    found_hz: tuple[float, ...] = ()
+    found_lines: tuple[tuple[float, float], ...] = ()
+    pulse_rad: float = 0.0
 
     def problem(self, chosen: Sequence[int]) -> Problem:
         """Return the problem of some of the conditions."""
@@ -142,15 +147,16 @@ def explain_gap(
     own = problem.baseline.machine
     tell("finding what each effect can do")
     left_out = without if only is None else without | (effect_catalogue().keys() - only)
-    competing = _competing(machine, left_out, compared, own, few, screened, prepared.found_hz)
+    competing = _competing(machine, left_out, compared, own, few, screened, prepared.found_lines)
     library, not_compared = responses(competing, own, few, screened, tell=tell)
     screening = Screening(chosen, screened, library)
     tied = all(one.tied for one in part.conditions)
     kernels = force_kernels(problem.baseline.machine, part) if tied else None
     posterior = search(problem, screening, kernels, tell=tell)
     tell("measuring the gain")
-    gain = measured_gain(machine, prepared, posterior)
-    return told(machine, prepared, posterior, not_compared, gain)
+    forces, remarks = useful_forces(prepared, posterior)
+    gain = measured_gain(machine, prepared, posterior, forces)
+    return told(machine, prepared, posterior, not_compared, gain, forces, remarks)
 
 
 def _competing(
@@ -160,21 +166,21 @@ def _competing(
     own: Machine,
     few: Predictor,
     screened: Comparison,
-    found_hz: Sequence[float],
+    found: Sequence[tuple[float, float]],
 ) -> list[Candidate]:
     """Return the candidates whose lines may show; ``own`` is the calibrated machine, ``few`` for ``screened``."""
 
     def reached(one: Candidate) -> float:
         return reach(one, own, few, screened.lines.deviations) if may_show(one, own, compared) else 0.0
 
-    found = candidates(
+    every = candidates(
         machine,
         without=without | ONLY_IN_WAVEFORM,
         probes=compared.lines.probes,
         reach=reached,
-        frequencies_hz=found_hz,
+        found_lines=found,
     )
-    return [one for one in found if may_show(one, own, compared)]
+    return [one for one in every if may_show(one, own, compared)]
 
 
 def prepare(
@@ -182,7 +188,7 @@ def prepare(
 ) -> Prepared:
     """Return observed lines and the calibrated baseline; effects of ``without`` are not looked for in the waveform."""
     channels = _channels(campaign, machine)
-    measured, healthy, found_hz = observed(campaign, machine, channels)
+    measured, healthy, further = observed(campaign, machine, channels)
     seen = seen_in_waveform(campaign.recordings, campaign.baseline, list(channels))
     waveform = {name: own for name, own in seen.items() if name not in without}
     measured = with_doubt(with_floor(measured, REPEATABILITY), waveform)
@@ -190,13 +196,17 @@ def prepare(
     held_out = _held_out(measured)
     fitted = tuple(i for i in range(len(measured.conditions)) if i not in held_out)
     predictor = _predictor(measured, campaign.recordings)
-    to_calibrate = healthy or measured.select(fitted)
     own = _predictor(healthy, campaign.baseline) if healthy else predictor.select(fitted)
-    at_calibration = calibrated(machine, to_calibrate, own, tell=tell)
+    pulse_rad = 0.0
+    if healthy:
+        at_calibration, pulse_rad = calibrated_with_pulse(machine, healthy, own, tell=tell)
+        measured, healthy = turned(measured, pulse_rad), turned(healthy, pulse_rad)
+    else:
+        at_calibration = calibrated(machine, measured.select(fitted), own, tell=tell)
     baseline = again(at_calibration, at_calibration.machine, predictor)
-    error = residual_error(at_calibration, healthy) if healthy else model_error(at_calibration.lines, {}, to_calibrate)
+    error = residual_error(at_calibration, healthy) if healthy else model_error(at_calibration.lines)
     probes = machine.bare_assembly().probes
-    transfer = learnt(at_calibration, healthy, probes) if healthy else none_of(to_calibrate)
+    transfer = learnt(at_calibration, healthy, probes) if healthy else none_of(measured)
     return Prepared(
         measured,
         fitted,
@@ -209,22 +219,23 @@ def prepare(
         error,
         transfer,
         waveform,
-        found_hz,
+        further,
+        pulse_rad,
     )
 
 
 def observed(
     campaign: Campaign, machine: Machine, channels: Mapping[str, str]
-) -> tuple[OrderLines, OrderLines | None, tuple[float, ...]]:
-    """Return the lines to explain, those of the healthy recordings if any, and frequencies that no effect states."""
+) -> tuple[OrderLines, OrderLines | None, tuple[tuple[float, float], ...]]:
+    """Return the lines to explain, those of the healthy recordings if any, and the places of those found."""
     speeds = [one.condition.speed_rpm for one in campaign.recordings if one.condition.speed_rpm]
     orders, kinds = wanted_lines(machine, highest=HIGHEST_ORDER, speeds_rpm=speeds)
     further = found_lines(campaign.recordings, campaign.baseline, list(channels), (orders, kinds))
     orders, kinds = (*orders, *(order for order, _ in further)), (*kinds, *(kind for _, kind in further))
     sets = [campaign.recordings, campaign.baseline] if campaign.baseline else [campaign.recordings]
     found = with_reference(*(observe_orders(one, orders=orders, kinds=kinds, channels=channels) for one in sets))
-    frequencies = tuple(kind.frequency_hz for _, kind in further if kind.frequency_hz)
-    return found[0], found[1] if len(found) > 1 else None, frequencies
+    places = tuple((order, kind.frequency_hz) for order, kind in further)
+    return found[0], found[1] if len(found) > 1 else None, places
 
 
 def responses(

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...datasets.recording import Recording
-from .line_sizes import FEWEST_PERIODS, HIGHEST_SHARE, LEAST_BINS, WANDER, line_power
+from .line_sizes import FEWEST_PERIODS, HALVES_TO, HIGHEST_SHARE, LEAST_BINS, WANDER, line_power
 from .lines import LineKind
 from .observe import shaft_turns
 
@@ -28,8 +28,8 @@ MOST_FOUND, IN_RECORDINGS = 3, 0.5
 GROWN = 2.0
 #: Lines at so small a part of a record's mean square are no cause of anything: rounding, leakage.
 LEAST_SHARE = 1e-5
-#: Half orders up to this one, and whole orders, are kept clear by this part of an order: wander widens their lines.
-HALVES_TO, CLEAR = 6.5, 0.04
+#: Half orders, where they are locked, and whole orders are kept clear by this part of an order: wander widens them.
+CLEAR = 0.04
 #: Whole orders above the halves are lines that may be found.
 WHOLE = 0.004
 
@@ -157,7 +157,7 @@ def _free(frequency: np.ndarray, speed_hz: float, resolution_hz: float, stated: 
     for stated_order, kind in zip(*stated, strict=True):
         if not kind.envelope:
             place = abs(stated_order * speed_hz + kind.frequency_hz)
-            free &= np.abs(frequency - place) > np.maximum(3 * WANDER * place, 2 * LEAST_BINS * resolution_hz)
+            free &= np.abs(frequency - place) > np.maximum(3 * WANDER * place, (LEAST_BINS + 0.5) * resolution_hz)
     return free
 
 

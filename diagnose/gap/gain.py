@@ -11,7 +11,7 @@ import numpy as np
 from ...simulators.effect import Effect
 from ...simulators.machine import Machine
 from .baseline import similarity
-from .empirical import as_effect, empirical_forces
+from .empirical import AddedForce, as_effect, empirical_forces
 from .evidence import Problem
 from .predict import UnpredictableError
 from .refine import Fit
@@ -25,13 +25,38 @@ if TYPE_CHECKING:
 ACCURACY = 0.01
 
 
-def measured_gain(machine: Machine, prepared: Prepared, posterior: Posterior) -> Gain:
-    """Return the gain on the held-out conditions, or on all where none could be held out."""
+def useful_forces(prepared: Prepared, posterior: Posterior) -> tuple[tuple[AddedForce, ...], tuple[str, ...]]:
+    """Return the forces to add for what is unknown, and remarks.
+
+    None where they spoil the conditions that were not fitted.
+    """
+    forces, remarks = empirical_forces(prepared, posterior)
+    if not forces or not prepared.held_out:
+        return forces, remarks
+    problem, best = prepared.problem(prepared.held_out), posterior.named
+    without = residual_power(problem, explained(best, problem))
+    spoilt = _db(without, residual_power(problem, explained(best, problem, further=[as_effect(f) for f in forces])))
+    if spoilt >= 0:
+        return forces, remarks
+    text = (
+        f"No force is added for what is left over: fitted to the other conditions, it would make the held-out error "
+        f"{-spoilt:.1f} dB larger."
+    )
+    return (), (*remarks, text)
+
+
+def measured_gain(
+    machine: Machine, prepared: Prepared, posterior: Posterior, forces: Sequence[AddedForce] = ()
+) -> Gain:
+    """Return the gain on the held-out conditions, or on all where none could be held out.
+
+    ``forces`` are those added for what is unknown, from `useful_forces`.
+    """
     held_out = prepared.held_out or prepared.fitted
     problem = prepared.problem(held_out)
     calibrated = problem.plain().expected
     given = residual_power(problem, problem.predictor.amplitudes(machine))
-    added = tuple(as_effect(one) for one in empirical_forces(prepared, posterior)[0])
+    added = tuple(as_effect(one) for one in forces)
     best = posterior.named if added or posterior.named.candidates else winner(posterior)
     others = [fit for fit in posterior.fits if not set(fit.names) & set(best.names)] if best.candidates or added else []
     # An empirical force has amplitude, phase and exponent.

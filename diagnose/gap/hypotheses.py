@@ -11,6 +11,7 @@ from ...simulators.effect import Effect, SensorEffect, effect_catalogue
 from ...simulators.errors import RotorwiseError
 from ...simulators.machine import Machine
 from .coordinates import Coordinate, coordinates_of, values_at
+from .tuned import tuned
 
 #: Links of the measuring chain that all channels share: one recorder, one clock.
 SHARED_LINKS = ("recorder", "clock")
@@ -60,9 +61,6 @@ class Candidate:
         return f"{self.name} at {self.effect.at}" if self.effect.at else self.name
 
 
-#: Supplies of the world, and by how much a line may be off its multiples.
-SUPPLIES_HZ, SUPPLY_WANDER = (50.0, 60.0), 0.005
-
 Reach = Callable[[Candidate], float]
 
 
@@ -72,7 +70,7 @@ def candidates(
     without: frozenset[str] = frozenset(),
     probes: Sequence[str] | None = None,
     reach: Reach = lambda candidate: 1.0,
-    frequencies_hz: Sequence[float] = (),
+    found_lines: Sequence[tuple[float, float]] = (),
 ) -> tuple[Candidate, ...]:
     """Return every effect that can act on the machine, at every part, in order of name and part.
 
@@ -86,8 +84,9 @@ def candidates(
     reach : callable
         How far a candidate with a single strength moves the lines, in any unit; asked where an effect has several.
         Strengths that do next to nothing alone only modify the others.
-    frequencies_hz : sequence of float
-        Of lines that are compared: effects that are free to choose the frequency of their line are tried at these.
+    found_lines : sequence of tuple of float
+        Order and added frequency of lines that the recordings show: effects that are free to choose where their line
+        lies are tried there.
     """
     found = []
     for name, effect in sorted(effect_catalogue().items()):
@@ -100,28 +99,9 @@ def candidates(
             except RotorwiseError:
                 continue
             found += _variants(one, reach)
-            for tuned, fixed in _tuned(one, machine, frequencies_hz):
-                found += _variants(tuned, reach, fixed)
+            for other, fixed in tuned(one, machine, found_lines):
+                found += _variants(other, reach, fixed)
     return tuple(found)
-
-
-def _tuned(effect: Effect, machine: Machine, frequencies_hz: Sequence[float]) -> list[tuple[Effect, frozenset[str]]]:
-    """Return the effect with a line at each of the frequencies where it can have one there, and what is then given.
-
-    A frequency with a prior may be any; one without is that of the supply, 50 or 60 Hz.
-    """
-    found = []
-    for declared in effect.parameters():
-        if declared.unit != "Hz":
-            continue
-        for value in SUPPLIES_HZ if declared.prior is None else frequencies_hz:
-            if value == effect.values()[declared.name] or not declared.bounds[0] <= value <= declared.bounds[1]:
-                continue
-            tuned = effect.with_values(**{declared.name: value})
-            places = [abs(line.frequency_hz) for line in tuned.signature(machine) if line.order == 0]
-            if any(abs(place - one) <= SUPPLY_WANDER * one for place in places for one in frequencies_hz):
-                found.append((tuned, frozenset((declared.name,))))
-    return found
 
 
 def _variants(effect: Effect, reach: Reach, fixed: frozenset[str] = frozenset()) -> list[Candidate]:

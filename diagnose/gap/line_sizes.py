@@ -32,8 +32,9 @@ HIGHEST_SHARE, FEWEST_PERIODS = 0.4, 2.5
 REPEATED = 0.1
 #: Half width of a Hann window's main lobe in lines of the spectrum.
 MAIN_LOBE = 2.0
-#: Distance to the nearest locked order that a band keeps, as a share.
+#: Distance to the nearest locked order that a band keeps, as a share; half orders are locked up to this order.
 KEPT_CLEAR = 0.8
+HALVES_TO = 6.5
 
 
 def line_sizes(
@@ -70,6 +71,7 @@ def line_sizes(
     resolution = rate_hz / turns.size
     sizes = np.zeros((signals.shape[0], len(orders)))
     deviations = np.full(sizes.shape, np.inf)
+    bands: dict[int, tuple[float, float]] = {}
     for column, (order, kind) in enumerate(zip(orders, kinds, strict=True)):
         frequency = abs(order * speed_hz + kind.frequency_hz)
         half = _half_width(frequency, speed_hz, resolution, kind)
@@ -79,9 +81,45 @@ def line_sizes(
         size, deviation = _in_band(spectra[kind.envelope], frequency / resolution, half / resolution)
         sizes[:, column] = size
         deviations[:, column] = np.hypot(deviation, REPEATED * size)
+        if not kind.envelope:
+            bands[column] = frequency, half
         if kind.envelope:
             deviations[~np.array(accelerations, dtype=bool), column] = np.inf
+    _doubt_neighbours(sizes, deviations, bands, MAIN_LOBE * resolution)
     return sizes, deviations
+
+
+def _doubt_neighbours(
+    sizes: np.ndarray, deviations: np.ndarray, bands: dict[int, tuple[float, float]], lobe_hz: float
+) -> None:
+    """Widen, in place, the deviation of lines whose band holds a part of a larger line's main lobe."""
+    own = sizes.copy()
+    for column, (frequency, half) in bands.items():
+        for other, (place, _) in bands.items():
+            if other != column and abs(place - frequency) < half + lobe_hz:
+                larger = np.where(own[:, other] > own[:, column], own[:, other], 0.0)
+                deviations[:, column] = np.hypot(deviations[:, column], larger)
+
+
+def least_seconds(order: float, kind: LineKind, speed_hz: float) -> float:
+    """Return the shortest record in which a line's band holds all of the line and nothing of the shaft's orders.
+
+    0 for a line at no frequency, or at a half order of the shaft: no length will do.
+    """
+    frequency_hz = abs(order * speed_hz + kind.frequency_hz)
+    if not frequency_hz:
+        return 0.0
+    periods = FEWEST_PERIODS / frequency_hz
+    if kind.envelope or frequency_hz > HALVES_TO * speed_hz:
+        return periods
+    clear = _clear(frequency_hz, speed_hz)
+    return max(periods, (LEAST_BINS + MAIN_LOBE) / clear) if clear else 0.0
+
+
+def _clear(frequency_hz: float, speed_hz: float) -> float:
+    """Return the distance to the nearest half order, in Hz."""
+    halves = frequency_hz / speed_hz * 2
+    return abs(halves - round(halves)) / 2 * speed_hz
 
 
 def high_envelope(signals: np.ndarray, *, rate_hz: float, speed_hz: float) -> np.ndarray:
@@ -114,10 +152,9 @@ def _half_width(frequency_hz: float, speed_hz: float, resolution_hz: float, kind
     """Return the half width of a line's band; 0 where a locked order lies too close."""
     least = LEAST_BINS * resolution_hz
     half = max((SLIP if kind.envelope else WANDER) * frequency_hz, least)
-    if kind.envelope or frequency_hz > 6.5 * speed_hz:
+    if kind.envelope or frequency_hz > HALVES_TO * speed_hz:
         return half
-    halves = frequency_hz / speed_hz * 2
-    clear = abs(halves - round(halves)) / 2 * speed_hz
+    clear = _clear(frequency_hz, speed_hz)
     # The main lobe of the locked order, widened by wander, is no part of the line's band.
     room = min(KEPT_CLEAR * clear, clear - MAIN_LOBE * resolution_hz)
     return min(half, room) if room >= least / 2 else 0.0

@@ -26,16 +26,20 @@ from ...simulators.solvers.harmonic_balance import (
     harmonic_balance_at_speeds,
 )
 from ...simulators.solvers.simulate import Simulation
+from .line_sizes import least_seconds
 from .lines import Condition, LineKind, phase_orders, turned_to_reference
 from .stepped import Run, lines_of_record, motions
+from .wanted_lines import is_locked, size_line
 
 #: Harmonics above the highest order looked at: parametric effects couple neighbours.
 FURTHER_HARMONICS = 2
-#: Periods of a slow line that are simulated: in fewer it is not told from the mean.
-PERIODS = 3.0
 #: Turns, and fewest samples, of a periodic motion on which effects of the measuring chain act.
 CHAIN_TURNS, CHAIN_SAMPLES = 16.0, 1000
 KEPT_MOTIONS = 8
+
+
+#: What is simulated in time: a machine, and how long its records are at least.
+Stepped = tuple[str, tuple[float, ...]]
 
 
 class UnpredictableError(InvalidValueError):
@@ -77,7 +81,7 @@ class Predictor:
     _known: dict[str, np.ndarray] = field(default_factory=dict)
     _failed: dict[str, str] = field(default_factory=dict)
     _motions: dict[str, list[PeriodicMotion]] = field(default_factory=dict)
-    _stepped: dict[str, list[Simulation | None]] = field(default_factory=dict)
+    _stepped: dict[Stepped, list[Simulation | None]] = field(default_factory=dict)
     _spoiling: dict[str, bool] = field(default_factory=dict)
 
     @property
@@ -90,12 +94,6 @@ class Predictor:
         """Multiples of the shaft's speed among the lines."""
         lines = zip(self.orders, self.kinds, strict=True)
         return [round(o) for o, kind in lines if _is_whole(o) and not kind.envelope and not kind.frequency_hz]
-
-    @property
-    def _least_s(self) -> float:
-        """Time in which the slowest line that stays with speed is seen."""
-        own = [k.frequency_hz for o, k in zip(self.orders, self.kinds, strict=True) if o == 0 and k.frequency_hz > 0]
-        return PERIODS / min(own) if own else 0.0
 
     def amplitudes(self, machine: Machine) -> np.ndarray:
         """Return the lines, shape (conditions, probes, orders), complex.
@@ -141,7 +139,10 @@ class Predictor:
             _known={key: lines[rows] for key, lines in self._known.items()},
             _failed=dict(self._failed),
             _motions={},
-            _stepped={key: [own[i] for i in rows] for key, own in self._stepped.items()},
+            _stepped={
+                (key, tuple(lengths[i] for i in rows)): [own[i] for i in rows]
+                for (key, lengths), own in self._stepped.items()
+            },
             _spoiling=self._spoiling,
         )
 
@@ -217,7 +218,8 @@ class Predictor:
     def _seen(self, machine: Machine, motion: PeriodicMotion, index: int) -> np.ndarray:
         if sensor_effects(machine):
             speed, rate_hz = motion.speed_rad_s, self.rates_hz[index]
-            enough = max(math.ceil(CHAIN_TURNS * 2 * math.pi / speed * rate_hz), CHAIN_SAMPLES)
+            least_s = max(CHAIN_TURNS * 2 * math.pi / speed, self._least_seconds(machine)[index])
+            enough = max(math.ceil(least_s * rate_hz), CHAIN_SAMPLES)
             phase = speed * np.arange(min(self.samples[index], enough)) / rate_hz
             return self._recorded(machine, motion.probes, motion.waveform(phase), phase, index)
         rows = [probe.name for probe in motion.probes]
@@ -228,6 +230,13 @@ class Predictor:
                 amplitudes = motion.amplitudes[chosen, round(order)]
                 result[:, column] = amplitudes if kind.phase else np.abs(amplitudes)
         return result
+
+    def _least_seconds(self, machine: Machine) -> tuple[float, ...]:
+        """Return for each condition how long a record must be for the lines that the machine's effects state."""
+        stated = [(type(effect), line) for effect in machine.effects for line in effect.signature(machine)]
+        sizes = [size_line(effect, line) for effect, line in stated if not is_locked(line)]
+        speeds = [condition.speed_rpm / 60 for condition in self.conditions]
+        return tuple(max((least_seconds(*one, speed) for one in sizes), default=0.0) for speed in speeds)
 
     def _recorded(
         self, machine: Machine, probes: Sequence[Probe], signals: np.ndarray, phase_rad: np.ndarray, index: int
@@ -256,22 +265,29 @@ class Predictor:
 
         With each machine comes the one without what spoils its repetition, or None.
         """
-        machines = {_moving_part(one).to_toml(): _moving_part(one) for _, one, _ in wanted}
-        bases = {base.to_toml(): _moving_part(base) for _, _, base in wanted if base is not None}
-        machines |= {_moving_part(base).to_toml(): _moving_part(base) for base in bases.values()}
+        machines: dict[Stepped, Machine] = {}
+        bases: set[Stepped] = set()
+        for _, machine, base in wanted:
+            lengths = self._least_seconds(machine)
+            machines[_stepped(machine, lengths)] = _moving_part(machine)
+            if base is not None:
+                # As long as the run that it is taken off from.
+                bases.add(_stepped(base, lengths))
+                machines[_stepped(base, lengths)] = _moving_part(base)
         new = {key: one for key, one in machines.items() if key not in self._stepped}
         runs = [
-            Run(at_condition(machine, c), c.speed_rpm, rate, samples, smooth, self._least_s)
-            for machine in new.values()
-            for c, rate, samples in zip(self.conditions, self.rates_hz, self.samples, strict=True)
+            Run(at_condition(machine, c), c.speed_rpm, rate, samples, smooth, least_s)
+            for (_, lengths), machine in new.items()
+            for c, rate, samples, least_s in zip(self.conditions, self.rates_hz, self.samples, lengths, strict=True)
         ]
         found, count = motions(runs) if runs else [], len(self.conditions)
         now = {key: found[i * count : (i + 1) * count] for i, key in enumerate(new)}
-        for key in {_moving_part(base).to_toml() for base in bases.values()} & now.keys():
-            self._stepped[key] = now[key]
+        for kept in bases & now.keys():
+            self._stepped[kept] = now[kept]
         for key, machine, base in wanted:
-            own = now.get(_moving_part(machine).to_toml()) or self._stepped[_moving_part(machine).to_toml()]
-            without = self._stepped[_moving_part(base).to_toml()] if base is not None else None
+            lengths = self._least_seconds(machine)
+            own = now.get(_stepped(machine, lengths)) or self._stepped[_stepped(machine, lengths)]
+            without = self._stepped[_stepped(base, lengths)] if base is not None else None
             lines = self._lines_in_time(machine, base, own, without)
             if lines is None:
                 self._failed[key] = (
@@ -299,6 +315,10 @@ class Predictor:
                 signals = signals - less.signals + balanced[index].waveform(run.phase_rad)
             found.append(self._recorded(machine, run.probes, signals, run.phase_rad, index))
         return np.stack(found)
+
+
+def _stepped(machine: Machine, lengths_s: tuple[float, ...]) -> Stepped:
+    return _moving_part(machine).to_toml(), lengths_s
 
 
 def _moving_part(machine: Machine) -> Machine:

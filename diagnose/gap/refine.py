@@ -11,7 +11,7 @@ import numpy as np
 from ...simulators.machine import Machine
 from .baseline import Baseline, again, shifted
 from .coordinates import Coordinate, log_prior, values_at
-from .evidence import Comparison, Problem, Widened, law_columns, log_density
+from .evidence import Comparison, Problem, Widened, law_columns, log_density, strength_columns
 from .hypotheses import Candidate
 from .predict import Predictor, UnpredictableError
 
@@ -238,7 +238,8 @@ def jointly(fit: Fit, problem: Problem, *, moves: int) -> Fit:
         if best.problem is None or fit.log_evidence > best.log_evidence:
             best = fit
         learnt = compared.learnt @ Widened(fit.law).solve(fit.residual)
-        change = np.clip((compared.known + learnt)[: baseline.position.size], -1.0, 1.0)
+        change = (compared.known + learnt)[: baseline.position.size]
+        change *= min(1.0, LONGEST_MOVE / max(float(np.abs(change).max(initial=0.0)), 1e-300))
         if count == moves or np.abs(change).max(initial=0.0) < SMALL_CHANGE:
             break
         problem = problem.moved(change)
@@ -279,7 +280,8 @@ def _fit(
         + 0.5 * len(coordinates) * math.log(2 * math.pi)
         - 0.5 * float(np.linalg.slogdet(information)[1])
     )
-    covariance = np.linalg.inv(information)
+    open_strength = Widened(np.concatenate([law.directions, strength_columns(compared, added)]))
+    covariance = np.linalg.inv(white @ open_strength.solve(white).T + np.diag(least))
     found = Fit(tuple(chosen), position, covariance, added, slopes, evidence, residual, law.directions)
     return replace(found, compared=compared)
 

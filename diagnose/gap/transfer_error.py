@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...simulators.assembly import Probe
-from .baseline import Baseline, left_power, similarity
+from .baseline import Baseline, similarity
+from .calibration import left_variance
 from .lines import Condition, OrderLines
 
 #: A healthy line tells where it is so many times its noise, and the model's at least this share of it.
@@ -97,7 +98,7 @@ def learnt(current: Baseline, healthy: OrderLines, probes: Sequence[Probe]) -> T
     if not clear.any():
         return TransferError(np.full(clear.shape, UNCHECKED[0]), beside, is_checked=False)
     # The gain of each probe has been fitted as well.
-    left = np.maximum(left_power(current, healthy), 0.0) * count / np.maximum(count - 1, 1)
+    left = left_variance(current, healthy) * count**2 / np.maximum(count - 1, 1)
     power = np.where(clear, left / np.where(size > 0, size, 1.0), 0.0)
     of_all = power.sum() / clear.sum()
     of_probe = np.where(clear.any(axis=1), power.sum(axis=1) / np.maximum(clear.sum(axis=1), 1), of_all)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,7 @@ import numpy as np
 from ...simulators.effect import effect_catalogue
 from ...simulators.machine import Machine
 from .coordinates import values_at
-from .empirical import as_effect, empirical_forces
+from .empirical import AddedForce, as_effect
 from .evidence import Comparison, Widened
 from .gain import explained
 from .judged import judged
@@ -20,6 +21,7 @@ from .refine import Fit
 from .result import Cause, Estimate, Gain, GapResult, ResidualLine, Score
 from .search import Posterior
 from .shown_lines import sigmas
+from .wanted_lines import is_locked
 from .waveform import SUSPECTED, accounts_for_lines
 
 if TYPE_CHECKING:
@@ -36,8 +38,10 @@ def told(
     posterior: Posterior,
     not_compared: Mapping[str, str],
     gain: Gain,
+    forces: Sequence[AddedForce],
+    remarks: Sequence[str],
 ) -> GapResult:
-    """Return the whole answer."""
+    """Return the whole answer; ``forces`` are added for what is unknown, ``remarks`` say what they leave out."""
     kind, names, together = judged(posterior.probabilities)
     # A suspicion is a cause only where nothing else is, and the healthy machine's records do not raise it.
     suspects = kind == "none" and prepared.healthy is not None
@@ -47,7 +51,7 @@ def told(
     calibrated = prepared.baseline.machine
     everything = prepared.problem(range(len(prepared.measured.conditions)))
     expected = everything.plain().expected
-    causes = _causes(best, posterior.probabilities)
+    causes = _causes(best, posterior.probabilities, calibrated)
     probabilities = dict(posterior.probabilities)
     if shown:
         causes = (*_shown(shown), *causes)
@@ -57,8 +61,11 @@ def told(
             kind = "one cause" if len(causes) == 1 else "several causes"
     fitted = {fit.names for fit in (*posterior.fits, posterior.none)}
     rivals = [posterior.best(other) for other in together if other != names and other in fitted]
-    forces, remarks = empirical_forces(prepared, posterior)
-    remarks = (*remarks, *(_suspicion(name, own) for name, own in prepared.waveform.items() if name not in shown))
+    remarks = (
+        *_pulse(prepared.pulse_rad),
+        *remarks,
+        *(_suspicion(name, own) for name, own in prepared.waveform.items() if name not in shown),
+    )
     if kind == "unknown" and not best.candidates:
         remarks = (*_closest(posterior), *remarks)
     added = tuple(as_effect(one) for one in forces)
@@ -82,7 +89,7 @@ def told(
         extended=best.machine(best.problem.baseline.machine if best.problem else calibrated).with_effects(*added),
         not_compared=dict(not_compared),
         remarks=remarks,
-        empirical=forces,
+        empirical=tuple(forces),
         scores=_scores(posterior),
     )
 
@@ -108,6 +115,15 @@ def _closest(posterior: Posterior) -> tuple[str, ...]:
         return ()
     named = " and ".join(str(candidate).replace("_", " ") for candidate in best.candidates)
     return (f"Of the known effects {named} comes closest: it explains {share:.0%} of what differs, not the rest.",)
+
+
+def _pulse(angle_rad: float) -> tuple[str, ...]:
+    if not angle_rad:
+        return ()
+    return (
+        f"The tacho's pulse comes when the model has turned by {math.degrees(angle_rad):.0f} deg, say the healthy "
+        "recordings. Angles on the shaft are counted from the model's zero; add this to count from the pulse.",
+    )
 
 
 def _suspicion(name: str, channels: Sequence[str]) -> str:
@@ -136,15 +152,19 @@ def _shown(waveform: Mapping[str, tuple[str, ...]]) -> tuple[Cause, ...]:
     )
 
 
-def _causes(best: Fit, probabilities: Mapping[tuple[str, ...], float]) -> tuple[Cause, ...]:
+def _causes(best: Fit, probabilities: Mapping[tuple[str, ...], float], machine: Machine) -> tuple[Cause, ...]:
     found, start = [], 0
     for candidate in best.candidates:
         stop = start + len(candidate.coordinates)
         values = values_at(candidate.coordinates, best.position[start:stop])
+        # Sizes of lines tell nothing of a phase.
+        stated = candidate.at(best.position[start:stop]).signature(machine)
+        has_phase = not stated or any(is_locked(line) for line in stated)
         estimates = {}
         for number in range(start, stop):
             parameter = best.coordinates[number].parameter
-            low, high = best.interval(number)
+            anywhere = best.coordinates[number].is_angle and not has_phase
+            low, high = (-math.pi, math.pi) if anywhere else best.interval(number)
             estimates[parameter.name] = Estimate(values[parameter.name], low, high, parameter.unit)
         share = sum(p for names, p in probabilities.items() if candidate.name in names)
         found.append(Cause(candidate.name, candidate.effect.at, share, estimates, candidate.effect.CHECK))

@@ -45,10 +45,9 @@ def wanted_lines(machine: Machine, *, highest: float, speeds_rpm: Sequence[float
     orders = sorted(round(order, 6) for order in locked if 0 < order <= highest + 1e-9)
     sizes: list[tuple[float, LineKind]] = []
     for effect, lines in stated:
-        envelope = effect.ROLE in STRUCK
         free = [line for line in lines if not is_locked(line) or line.order > highest][:MOST_OF_ONE]
         for line in free:
-            one = (abs(line.order), LineKind(phase=False, envelope=envelope, frequency_hz=line.frequency_hz))
+            one = size_line(effect, line)
             if not any(_alike(one, other, speeds_rpm) for other in sizes):
                 sizes.append(one)
     sizes.sort(key=lambda one: (one[1].envelope, one[1].frequency_hz, one[0]))
@@ -77,6 +76,11 @@ def same_line(one: tuple[float, float], other: tuple[float, float], speeds_rpm: 
     """Return whether two lines, each an order and a frequency in Hz added to it, lie together at all the speeds."""
     places = [[abs(order + 60 * added / speed) for order, added in (one, other)] for speed in speeds_rpm]
     return all(abs(a - b) <= SAME * max(a, b) for a, b in places)
+
+
+def size_line(effect: type[Effect], line: Line) -> tuple[float, LineKind]:
+    """Return a line that an effect states as one of which the size is looked at: its order and its kind."""
+    return abs(line.order), LineKind(phase=False, envelope=effect.ROLE in STRUCK, frequency_hz=line.frequency_hz)
 
 
 def is_locked(line: Line) -> bool:

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from ...datasets.generate_table import channels_of
-from ...datasets.recipe_parts import part_name
 from ...datasets.recording import Channel, Nameplate, OperatingCondition, Recording
 from ...datasets.simulated import TACHO, nameplate_of
-from ...datasets.store import DATA, Store
+from ...datasets.store import Store
 from ...simulators.machine import machine_from_toml
 
 _DIRECTIONS = {"x": "horizontal", "y": "vertical", "axial": "axial"}
@@ -28,22 +27,13 @@ class RowGroup:
 
 
 def row_groups(store: Store) -> list[RowGroup]:
-    """Return the pieces of all readable parts, in order."""
-    import pyarrow.parquet as pq
-
-    found = []
-    for number in store.parts():
-        with store.folder.open(f"{DATA}/{part_name(number)}") as file:
-            found += [RowGroup(number, group) for group in range(pq.ParquetFile(file).num_row_groups)]
-    return found
+    """Return the pieces of all parts, in order; a damaged one is a StoreError."""
+    return [RowGroup(number, group) for number in store.numbers() for group in range(store.groups(number))]
 
 
 def rows(store: Store, piece: RowGroup) -> Iterator[dict[str, Any]]:
     """Yield the rows of one piece as mappings, channels as arrays."""
-    import pyarrow.parquet as pq
-
-    with store.folder.open(f"{DATA}/{part_name(piece.part)}") as file:
-        table = pq.ParquetFile(file).read_row_group(piece.group)
+    table = store.group(piece.part, piece.group)
     signals = [name for name in table.column_names if name.startswith(_SIGNAL)]
     labels = table.drop_columns(signals).to_pylist()
     for index, row in enumerate(labels):

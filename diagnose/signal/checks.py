@@ -10,6 +10,7 @@ from .spectrum import averaged_power_density
 from .tacho import pulse_times, repaired_pulses
 
 _LARGEST = 1e30  # beyond it, and below its inverse, squares leave the number range
+_USUAL_GAP = 2.5  # periods from a tacho's last pulse to the record's end: a machine that runs down has longer ones
 #: Codes of findings that spoil a channel for diagnosis; the others only warn.
 UNUSABLE = ("dead", "mostly missing", "out of range")
 
@@ -193,7 +194,7 @@ def _leakage(density: np.ndarray) -> np.ndarray:
 
 
 def check_tacho(signal: np.ndarray, *, rate_hz: float, name: str) -> list[DataCheck]:
-    """Return what was put right in a tacho's pulse train: pulses filled in, and false ones left out.
+    """Return what was put right in a tacho's pulse train: pulses filled in, false ones left out, ends without pulses.
 
     Parameters
     ----------
@@ -207,13 +208,30 @@ def check_tacho(signal: np.ndarray, *, rate_hz: float, name: str) -> list[DataCh
     if times.size < 3:
         return []
     found = repaired_pulses(times)
+    silent = _silent_ends(found.times_s, signal.size / rate_hz, name)
     if not found.missing and not found.false:
-        return []
+        return silent
     message = (
         f"{name}: of {found.times_s.size} pulses {found.missing} were missing and filled in, {found.false} false ones "
         "left out. Check gap and reflecting mark of the tacho."
     )
-    return [DataCheck("tacho", name, message, min(1.0, 5 * (found.missing + found.false) / found.times_s.size))]
+    share = (found.missing + found.false) / found.times_s.size
+    return [DataCheck("tacho", name, message, min(1.0, 5 * share)), *silent]
+
+
+def _silent_ends(times_s: np.ndarray, duration_s: float, name: str) -> list[DataCheck]:
+    """Say how long a record goes on before its first and after its last pulse, where that is no usual distance."""
+    periods = np.diff(times_s)
+    spans = (times_s[0], periods[0], "before the first"), (duration_s - times_s[-1], periods[-1], "after the last")
+    found = []
+    for span, period, where in spans:
+        if span > _USUAL_GAP * period:
+            message = (
+                f"{name}: no pulses in the {span:.3g} s {where} one; there the speed is taken as constant, and phases "
+                "are guesses. Cut the record, or look for the fault of the tacho."
+            )
+            found.append(DataCheck("tacho", name, message, min(1.0, 2 * span / duration_s)))
+    return found
 
 
 def repair(signal: np.ndarray) -> np.ndarray:

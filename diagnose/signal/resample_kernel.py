@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
+
+from ...simulators.compiled_code import njit
 
 #: Zero crossings on each side of the interpolating sinc, and table entries between two of them.
 HALF_WIDTH = 16
@@ -17,7 +18,7 @@ def kernel_table() -> np.ndarray:
     return np.where(distance < HALF_WIDTH, np.sinc(distance) * window, 0.0)
 
 
-@numba.njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"})
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"})
 def interpolate(
     signals: np.ndarray, positions: np.ndarray, stretch: np.ndarray, table: np.ndarray, result: np.ndarray
 ) -> None:

@@ -30,6 +30,7 @@ _FAR_SKIRT = 2e-5  # six bins away a Hann line is down to 2e-6; moving within th
 _NEIGHBOURS = 6
 _PERIODS_A_FRAME = 5.0
 _LONGEST_FRAME_S, _SHORTEST_FRAME_S = 0.5, 0.1
+_LEAST_TURNS_A_FRAME = 2.0
 _FRAMES_OVERLAPPING = 4
 _NEAR = 0.03
 _BLOCKS_A_STEP = 4
@@ -80,8 +81,8 @@ def track_speed(
     Raises
     ------
     InvalidValueError
-        When the range is empty or the record holds fewer than four frames (0.5 s, or five periods of the lowest
-        speed where that is less).
+        When the range is empty or the record holds fewer than four overlapping frames (0.5 s each, or five periods of
+        the lowest speed where that is less, or two where that is more).
 
     Notes
     -----
@@ -103,6 +104,8 @@ def track_speed(
     if not 0 < lowest_hz < highest_hz:
         raise InvalidValueError(f"Speeds {lowest_hz} to {highest_hz} Hz; allowed: 0 < lowest < highest.")
     frame_s = min(max(_PERIODS_A_FRAME / lowest_hz, _SHORTEST_FRAME_S), _LONGEST_FRAME_S)
+    # Below 4 Hz half a second would hold too little of a turn to tell its harmonics apart.
+    frame_s = max(frame_s, _LEAST_TURNS_A_FRAME / lowest_hz)
     length = round(frame_s * rate_hz)
     hop = max(length // _FRAMES_OVERLAPPING, 1)
     if block.shape[1] < length + 3 * hop:

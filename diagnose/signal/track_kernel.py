@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
+from ...simulators.compiled_code import njit
 
-@numba.njit(cache=True, error_model="numpy")
+
+@njit(cache=True, error_model="numpy")
 def best_path(scores: np.ndarray, price: np.ndarray, path: np.ndarray) -> None:
     """Fill ``path`` with the columns of the dearest way through a table, a row a step (Viterbi).
 
@@ -37,7 +38,7 @@ def best_path(scores: np.ndarray, price: np.ndarray, path: np.ndarray) -> None:
         path[step - 1] = origin[step, path[step]]
 
 
-@numba.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def path_chances(scores: np.ndarray, weight: np.ndarray, chances: np.ndarray) -> None:
     """Fill ``chances`` with the posterior of every column at every step (forward and backward sums).
 
@@ -69,7 +70,7 @@ def path_chances(scores: np.ndarray, weight: np.ndarray, chances: np.ndarray) ->
         row /= row.sum()
 
 
-@numba.njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"})
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"})
 def _spread(row: np.ndarray, weight: np.ndarray, result: np.ndarray) -> None:
     reach = weight.size // 2
     for column in range(row.size):
@@ -79,7 +80,7 @@ def _spread(row: np.ndarray, weight: np.ndarray, result: np.ndarray) -> None:
         result[column] = total
 
 
-@numba.njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"})
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"})
 def demodulate(signals: np.ndarray, phase_turns: np.ndarray, block: int, result: np.ndarray) -> None:
     """Fill ``result`` with sums over blocks of samples of signal times exp(-2 pi i h angle), h = 1, 2, ...
 

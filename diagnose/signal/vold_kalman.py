@@ -18,6 +18,8 @@ from ...simulators.errors import InvalidValueError
 
 _KNOTS_A_BANDWIDTH = 48.0
 _MOST_POLES = 3
+#: Of one over the record's length: the knots then lie two lengths apart, and the equations are still sound.
+_NARROWEST = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,8 +63,9 @@ def order_waveforms(
     orders : sequence of float
         Orders of that angle.
     bandwidth_hz : float
-        Full width at -3 dB. A wider band lets more noise in; in a narrower one a resonance comes out too low: 0.6 dB
-        with 1.6 over the seconds in which the run crosses its half-power width, 2 dB with 0.8.
+        Full width at -3 dB, from a tenth of one over the record's length. A wider band lets more noise in; in a
+        narrower one a resonance comes out too low: 0.6 dB with 1.6 over the seconds in which the run crosses its
+        half-power width, 2 dB with 0.8.
     poles : int
         1 to 3: order of the differences, steepness of the filter's flanks.
 
@@ -117,8 +120,12 @@ def _check(
             f"Angle of shape {phases.shape} for {orders.size} orders and {block.shape[1]} samples; allowed: one row, "
             "or one an order, as long as the signal."
         )
-    if not 0 < bandwidth_hz < 0.25 * rate_hz:
-        raise InvalidValueError(f"Bandwidth {bandwidth_hz} Hz; allowed: above 0 and below {0.25 * rate_hz:g} Hz.")
+    narrowest = _NARROWEST * rate_hz / block.shape[1]
+    if not narrowest <= bandwidth_hz < 0.25 * rate_hz:
+        raise InvalidValueError(
+            f"Bandwidth {bandwidth_hz} Hz; allowed: {narrowest:.3g} Hz, a tenth of one over the record's length, and "
+            f"more, below {0.25 * rate_hz:g} Hz."
+        )
     if not 1 <= poles <= _MOST_POLES:
         raise InvalidValueError(f"{poles} poles; allowed: 1 to {_MOST_POLES}.")
     if block.shape[1] <= poles:

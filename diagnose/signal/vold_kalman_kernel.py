@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
+from ...simulators.compiled_code import njit
 
-@numba.njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"})
+
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"})
 def normal_equations(
     signals: np.ndarray, phases: np.ndarray, orders: np.ndarray, distance: int, gram: np.ndarray, right: np.ndarray
 ) -> None:
@@ -45,7 +46,7 @@ def normal_equations(
                 right[channel, knot + 1, row] += later * part
 
 
-@numba.njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"})
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"})
 def envelopes_and_waves(
     knots: np.ndarray, phases: np.ndarray, orders: np.ndarray, distance: int, envelope: np.ndarray, wave: np.ndarray
 ) -> None:
@@ -69,7 +70,7 @@ def envelopes_and_waves(
                 wave[channel, order, sample] = (value * carrier).real
 
 
-@numba.njit(cache=True, error_model="numpy", inline="always")
+@njit(cache=True, error_model="numpy", inline="always")
 def _wave(phases: np.ndarray, orders: np.ndarray, order: int, sample: int) -> complex:
     row = order if phases.shape[0] > 1 else 0
     before, after = max(sample - 1, 0), min(sample + 1, phases.shape[1] - 1)

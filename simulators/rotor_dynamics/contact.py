@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import numba
+from ..compiled_code import njit
 
 
-@numba.njit(cache=True, error_model="numpy", inline="always")
+@njit(cache=True, error_model="numpy", inline="always")
 def rounded_ramp(depth, width):  # type: ignore[no-untyped-def]
     """Return max(depth, 0) with its corner rounded over -width .. width, twice continuously differentiable.
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numba
 
+from ..compiled_code import njit
 from ..law import no_collecting
 
 #: Sums may use fused multiply-add: the result does not depend on the number of lanes.
@@ -42,6 +43,6 @@ def compiled(signature: Any, **options: Any) -> Callable[[Callable[..., Any]], A
 
     def decorate(function: Callable[..., Any]) -> Any:
         with no_collecting():
-            return numba.njit(signature, **options)(function)
+            return njit(signature, **options)(function)
 
     return decorate

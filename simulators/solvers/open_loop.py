@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numba
 import numpy as np
 
+from ..compiled_code import njit
 from ..system import System
 from .block_form import BlockForm
 from .kernel_types import OPTIONS
@@ -20,7 +20,7 @@ from .tables import StepTables
 OpenLoop = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
-@numba.njit(**OPTIONS)
+@njit(**OPTIONS)
 def _recursion(full, first, last, path, state):  # type: ignore[no-untyped-def]
     """Replace the weighted forces in ``path`` (steps, states, lanes) by the states at the start of each step.
 

@@ -6,8 +6,9 @@ import gc
 import gzip
 import struct
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from urllib.request import Request, urlopen
 
 import numpy as np
 import pytest
@@ -208,3 +209,27 @@ def measured_folder() -> Path:
     if not folder.is_dir():
         pytest.skip(f"measured recordings are not at {folder}")
     return folder
+
+
+@pytest.fixture
+def bucket(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    """Yield a bucket of an S3 server on this computer."""
+    server = pytest.importorskip("moto.server", reason="needs moto (pip install 'moto[server]')")
+    s3fs = pytest.importorskip("s3fs", reason="needs s3fs (pip install s3fs)")
+    import boto3
+
+    # Those that it keeps know the address of the server of an earlier test.
+    s3fs.S3FileSystem.clear_instance_cache()
+
+    for name in ("AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"):
+        monkeypatch.setenv(name, "test")
+    monkeypatch.setenv("AWS_DEFAULT_REGION", "us-east-1")
+    running = server.ThreadedMotoServer(ip_address="127.0.0.1", port=0)
+    running.start()
+    host, port = running.get_host_and_port()
+    monkeypatch.setenv("AWS_ENDPOINT_URL", f"http://{host}:{port}")
+    # Servers of one process share what they hold.
+    urlopen(Request(f"http://{host}:{port}/moto-api/reset", method="POST")).close()
+    boto3.client("s3").create_bucket(Bucket="plant")
+    yield "s3://plant"
+    running.stop()

@@ -226,6 +226,14 @@ def test_unstable_and_impossible_draws_are_refused_with_their_reason(tmp_path: P
     assert bad[2]["reason"][:40] in card
 
 
+def test_a_chain_that_gives_no_numbers_is_a_refused_draw(tmp_path: Path) -> None:
+    # So small that the filter divides by nothing.
+    store = build(changed(chain={"pole_hz": 1e-320}), tmp_path / "set", workers=1, limit=10)
+    found = summary_of(store)
+    assert (found["rows"], len(found["refused"])) == (0, 10)
+    assert "makes no finite signal" in found["refused"][0]["reason"]
+
+
 def test_a_part_of_nothing_but_refused_draws_is_a_part(tmp_path: Path) -> None:
     machine = json.loads(load_recipe(SMALL).source)["machine"][0]
     machine["case"] = [{"name": "no damping", "parameters": {"derivative": 0.0}}]

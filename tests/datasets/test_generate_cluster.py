@@ -6,11 +6,14 @@ import json
 import os
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import pytest
+from rotorwise.datasets.errors import InvalidValueError
 from rotorwise.datasets.generate import build
 from rotorwise.datasets.recipe_file import load_recipe, recipe_from_json
 
@@ -89,9 +92,26 @@ def test_a_cluster_gives_the_same_dataset_though_a_worker_is_killed(cluster: Clu
     assert len(content(tmp_path / "set")) == 12
 
 
+class _Talker(BaseHTTPRequestHandler):
+    """Says something else than a scheduler would."""
+
+    def handle_one_request(self) -> None:
+        self.wfile.write(b"HTTP/1.1 400 Bad Request\r\n\r\n" * 4)
+        self.close_connection = True
+
+
+def test_something_else_that_answers_is_no_scheduler(tmp_path: Path) -> None:
+    server = ThreadingHTTPServer(("127.0.0.1", 0), _Talker)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    address = f"tcp://127.0.0.1:{server.server_port}"
+    with pytest.raises(InvalidValueError, match=f"No Dask scheduler answers at {address}"):
+        build(SMALL, tmp_path / "set", cluster=address)
+    server.shutdown()
+    server.server_close()
+
+
 def test_no_scheduler_is_an_error_that_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from rotorwise.datasets import generate_cluster
-    from rotorwise.simulators.errors import InvalidValueError
 
     monkeypatch.setattr(generate_cluster, "_CONNECT_S", 1)
     with pytest.raises(InvalidValueError, match=r"No Dask scheduler answers at tcp://127\.0\.0\.1:9"):

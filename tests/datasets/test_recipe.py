@@ -86,6 +86,12 @@ def test_a_prior_out_of_reach_of_its_bounds_is_an_error_and_no_endless_search() 
         ({"from": -1, "to": 1}, "allowed: 0 to 5 N/m"),
         ({"grid": [1, 9]}, "allowed: 0 to 5 N/m"),
         (float("nan"), "nan"),
+        (10**400, "no finite number"),
+        ({"grid": [10**400]}, "no finite number"),
+        ({"around": 1, "factor": 1e300}, "no finite number"),
+        ({"around": 1, "factor": 1e9}, "at most 1000"),
+        ({"around": 9, "factor": 1.1}, "allowed: 0 to 5 N/m"),
+        ({"from": 1, "to": 2, "cells": 10**9}, "1 to 100000"),
         ("often", "allowed: a number"),
     ],
 )
@@ -290,6 +296,22 @@ def test_a_machine_file_becomes_part_of_the_recipe(tmp_path: Path) -> None:
         ("pulses_per_revolution = 1", "pulses = 1", "no setting 'pulses'"),
         ('effect.coupling_misalignment.offset_m"]', 'effect.unbalance.moment_kg_m"]', "comes from"),
         ("duration_s = 0.2", "duration_s = 1e9", "Change duration_s or rate_hz"),
+        ("seed = 7", "seed = 2026-01-01", "2026-01-01 is a date or a time"),
+        ("seed = 7", "seed = 1" + "0" * 5000, "not valid TOML"),
+        ("seed = 7", "seed = 7\nlimits = " + "[" * 20_000, "not valid TOML"),
+        ("seed = 7", "seed = 7\n" + "a." * 3000 + "b = 1", "without end"),
+        ("rate_hz = 1000", "rate_hz = 1" + "0" * 400, "allowed: more than 0"),
+        ('meaning = "For tests"', 'meaning = "\\u001b[31m"', "printable"),
+        ('name = "healthy"', 'name = "a\\u0000"', "printable"),
+        ('noise = { "m" =', 'noise = { "mm" =', "no recorded probe is in 'mm'; allowed: m."),
+        ("[chain]", '[chain]\nfull_scale = { "m/s2" = 5 }', "no recorded probe is in 'm/s2'; allowed: m."),
+        ("[chain]", '[chain]\nfull_scale = { "m" = 0 }', "more than 0"),
+        ("[chain]", "[chain]\nbits = 5000", "at most 32"),
+        ("[chain]", "[chain]\nbits = 2.7", "whole = true"),
+        ("[chain]", "[chain]\nbits = { from = 12, to = 24 }", "whole = true"),
+        ("[chain]", "[chain]\nanti_alias_hz = 300\nanti_alias_order = 100000", "at most 32"),
+        ("pulses_per_revolution = 1", "pulses_per_revolution = 8", "320 pulses a second at 2400 rpm; allowed at 1000"),
+        ("pulses_per_revolution = 1", "pulses_per_revolution = 1\npulse_width = { from = 0.01, to = 0.5 }", "Hz: 10,"),
     ],
 )
 def test_a_mistake_in_a_recipe_is_named(old: str, new: str, words: str, tmp_path: Path) -> None:
@@ -299,6 +321,11 @@ def test_a_mistake_in_a_recipe_is_named(old: str, new: str, words: str, tmp_path
     with pytest.raises(InvalidValueError, match=r"Recipe .*r\.toml") as caught:
         load_recipe(tmp_path / "r.toml")
     assert words in str(caught.value)
+
+
+def test_a_mark_of_the_byte_order_is_no_mistake(tmp_path: Path) -> None:
+    (tmp_path / "r.toml").write_bytes(b"\xef\xbb\xbf" + SMALL.read_bytes())
+    assert load_recipe(tmp_path / "r.toml") == load_recipe(SMALL)
 
 
 def test_an_unknown_name_is_answered_with_the_nearest() -> None:

@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from multiprocessing import active_children
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,7 @@ from typing import Any
 import pyarrow.parquet as pq
 import pytest
 from rotorwise.datasets import recipe_parts
-from rotorwise.datasets.errors import BuildError
+from rotorwise.datasets.errors import BuildError, InvalidValueError
 from rotorwise.datasets.generate import Progress, build, summary_of
 from rotorwise.datasets.recipe_file import load_recipe
 from rotorwise.datasets.store import Store, open_store
@@ -228,6 +227,17 @@ def test_another_recipe_or_version_leaves_a_dataset_alone(tmp_path: Path, monkey
     assert content(tmp_path) == before
 
 
+def test_a_dataset_without_a_part_may_be_begun_with_another_recipe(tmp_path: Path, whole: Path) -> None:
+    def stop(_now: Progress) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        build("tiny", tmp_path, workers=1, tell=stop)
+    build(SMALL, tmp_path, workers=1)
+    assert content(tmp_path) == content(whole)
+    assert open_store(tmp_path).recipe == load_recipe(SMALL)
+
+
 def test_a_folder_of_somebody_else_is_not_touched(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("years of work", encoding="utf-8")
     with pytest.raises(StoreError, match="holds files, but no dataset"):
@@ -249,6 +259,8 @@ def test_a_damaged_part_is_noticed_and_made_again(damage: str, whole: Path, tmp_
     store = open_store(tmp_path)
     assert list(store.parts()) == [0]
     assert summary_of(store)["unreadable"] == ["part-000001.parquet"]
+    with pytest.raises(StoreError, match=r"part-000001\.parquet is damaged"):
+        list(store.batches(["signal"]))
     build(SMALL, tmp_path, workers=1, limit=20)
     assert part.read_bytes() == raw
 
@@ -327,25 +339,6 @@ def test_memory_is_a_location(whole: Path) -> None:
         build(SMALL, "memory://rotorwise/b", workers=1)
 
 
-@pytest.fixture
-def bucket(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
-    """Yield a bucket of an S3 server on this computer."""
-    server = pytest.importorskip("moto.server", reason="needs moto (pip install 'moto[server]')")
-    pytest.importorskip("s3fs", reason="needs s3fs (pip install s3fs)")
-    import boto3
-
-    for name in ("AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"):
-        monkeypatch.setenv(name, "test")
-    monkeypatch.setenv("AWS_DEFAULT_REGION", "us-east-1")
-    running = server.ThreadedMotoServer(ip_address="127.0.0.1", port=0)
-    running.start()
-    host, port = running.get_host_and_port()
-    monkeypatch.setenv("AWS_ENDPOINT_URL", f"http://{host}:{port}")
-    boto3.client("s3").create_bucket(Bucket="plant")
-    yield "s3://plant"
-    running.stop()
-
-
 def test_s3_is_a_location(bucket: str, whole: Path) -> None:
     build(SMALL, f"{bucket}/sets/a", workers=1, limit=25)
     store = build(SMALL, f"{bucket}/sets/a", workers=2)
@@ -353,15 +346,55 @@ def test_s3_is_a_location(bucket: str, whole: Path) -> None:
     assert summary_of(open_store(f"{bucket}/sets/a")) == summary_of(open_store(whole))
     with pytest.raises(StoreError, match="cannot be written to"):
         build(SMALL, "s3://nobodys-bucket/a", workers=1, limit=1)
+    # As the console makes an empty folder.
+    boto3 = pytest.importorskip("boto3")
+    boto3.client("s3").put_object(Bucket=bucket.removeprefix("s3://"), Key="sets/b/", Body=b"")
+    assert summary_of(build(SMALL, f"{bucket}/sets/b/", workers=1, limit=5))["rows"] == 5
+
+
+def test_an_empty_text_is_no_location(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # "$FOLDER" of a variable that is not set; the working folder is not meant.
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InvalidValueError, match="an empty text"):
+        build(SMALL, "", workers=1)
+    assert not list(tmp_path.iterdir())
 
 
 def test_an_address_of_an_unknown_kind_is_refused() -> None:
     pytest.importorskip("fsspec", reason="needs fsspec (pip install fsspec)")
-    from rotorwise.simulators.errors import InvalidValueError
-
     with pytest.raises(InvalidValueError, match="fsspec knows"):
         build(SMALL, "telegraph://a/b", workers=1)
 
 
 def test_the_recipe_of_a_dataset_is_in_the_dataset(whole: Path) -> None:
     assert open_store(whole).recipe == load_recipe(SMALL)
+
+
+def test_damage_among_the_signals_is_told_when_they_are_read(tmp_path: Path) -> None:
+    store = build(SMALL, tmp_path, workers=1, limit=10)
+    part = tmp_path / "data" / "part-000000.parquet"
+    raw = bytearray(part.read_bytes())
+    raw[200:2000] = bytes(1800)
+    part.write_bytes(raw)
+    assert list(store.parts()) == [0]
+    with pytest.raises(StoreError, match=r"part-000000\.parquet is damaged"):
+        list(store.batches())
+
+
+def test_a_store_that_does_not_answer_has_no_damaged_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("fsspec", reason="needs fsspec (pip install fsspec)")
+    store = build(SMALL, "memory://rotorwise/unsteady", workers=1, limit=10)
+    assert list(store.parts()) == [0]
+
+    def refuse(*_words: Any, **_options: Any) -> None:
+        raise TimeoutError("no answer")
+
+    monkeypatch.setattr(store.folder.system, "cat_file", refuse)  # type: ignore[attr-defined]
+    with pytest.raises(StoreError, match="cannot be read: TimeoutError"):
+        store.parts()
+
+
+def test_a_part_that_says_much_of_itself_is_read(monkeypatch: pytest.MonkeyPatch, whole: Path) -> None:
+    usual = open_store(whole).parts()
+    monkeypatch.setattr("rotorwise.datasets.store._TAIL", 16)
+    assert open_store(whole).parts() == usual

@@ -150,6 +150,19 @@ def test_demo_of_analyse_writes_its_report_and_refuses_a_second_time(tmp_path: P
     assert installed("demo", "--analyse", "--output", folder).returncode != 0
 
 
+@pytest.mark.parametrize("words", [("analyse",), ("orders",), ("orders", "--json"), ("envelope",)], ids=" ".join)
+def test_a_reader_that_leaves_is_no_error(words: tuple[str, ...], make: Make, tmp_path: Path) -> None:
+    """As with ``| head -0``: rich, typer and Python each answer it in a way of their own."""
+    path = write_csv(make(seconds=2.0), tmp_path / "pump.csv")
+    command = [COMMAND, words[0], path, *words[1:], "--speed", "1480"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
+        assert running.stdout is not None
+        assert running.stderr is not None
+        running.stdout.close()
+        assert running.stderr.read() == b""
+        assert running.wait(timeout=120) == 0
+
+
 def test_version_and_help() -> None:
     assert installed("--version").stdout.strip()[0].isdigit()
     assert "--baseline" in installed("analyse", "--help").stdout

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pandas as pd
@@ -46,6 +48,38 @@ def test_build_goes_on_and_info_tells(tmp_path: Path) -> None:
     assert found == made
     assert found["bytes"] == sum(path.stat().st_size for path in (tmp_path / "set" / "data").iterdir())
     assert len(pd.read_parquet(tmp_path / "set" / "data")) == 60
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("workers", ["1", "2"])
+def test_a_stopped_build_ends_in_order(number: signal.Signals, workers: str, tmp_path: Path) -> None:
+    # A job in the background of a shell inherits that Ctrl-C is ignored.
+    heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    program = f"{heard}; from rotorwise.diagnose.cli import main; main()"
+    command = [sys.executable, "-c", program, "dataset", "build", "tiny"]
+    words = "-o", str(tmp_path / "set"), "--workers", workers
+    build = subprocess.Popen([*command, *words], stderr=subprocess.PIPE, text=True)
+    try:
+        for _ in range(2000):
+            if (tmp_path / "set" / "data").is_dir() and any((tmp_path / "set" / "data").iterdir()):
+                break
+            time.sleep(0.05)
+        build.send_signal(number)
+        _, told = build.communicate(timeout=60)
+    finally:
+        build.kill()
+    assert build.returncode == 128 + number, told
+    assert "stopped. What is in" in told
+    assert "Traceback" not in told
+    assert "of 24 signals so far" in (tmp_path / "set" / "card.md").read_text(encoding="utf-8")
+
+
+def test_files_that_are_no_parts_are_named_as_other_programs_would_read_them(tmp_path: Path) -> None:
+    words = "dataset", "build", SMALL, "-o", tmp_path / "set", "--limit", 10, "--workers", 1
+    assert "not read" not in rotorwise(*words).stdout
+    (tmp_path / "set" / "data" / "other.parquet").write_bytes(b"PAR1")
+    assert "not read: other.parquet: no whole parts" in rotorwise(*words).stdout
 
 
 def test_recipes_are_listed() -> None:

@@ -93,6 +93,7 @@ def test_a_family_takes_its_sidebands_before_another_bearing_may():
         (("--band", "2000"), 2, "Write 2000-4000"),
         (("--band", "3000-2000"), 2, "lower one first"),
         (("--band", "2000-9000"), 3, "half the sampling rate"),
+        (("--band", "2000-2000.001"), 3, "Hz wide or wider"),
         (("--prepare", "magic"), 2, "none, random, prewhiten"),
     ],
 )

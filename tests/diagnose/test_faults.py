@@ -11,7 +11,7 @@ from rotorwise.datasets.recording import GearPair, MountedBearing, Nameplate
 from rotorwise.diagnose import Analysis, analyse_recording
 from rotorwise.diagnose.evidence import LEAST_PROBABILITY, merged, rules
 from rotorwise.diagnose.result import FAULTS, Finding
-from rotorwise.simulators.rotor_dynamics.rolling_bearing import find_bearing
+from rotorwise.simulators.rotor_dynamics.rolling_bearing import BearingGeometry, find_bearing
 from rotorwise.simulators.synthetic_vibration import ImpactTrain
 
 from .conftest import HEALTHY, RATE_HZ, SPEED_HZ, Make
@@ -84,6 +84,15 @@ def test_unknown_bearing_rhythm_is_told_not_named(make: Make) -> None:
     assert "Not explained" in analysis.verdict
 
 
+def test_unknown_rhythm_of_the_baseline_is_not_told(make: Make) -> None:
+    impacts = (ImpactTrain(4.37, 6.0, 3000.0),)
+    now, same, quiet = (
+        make(impacts=one, seed=s, nameplate=Nameplate()) for one, s in ((impacts, 0), (impacts, 5), ((), 5))
+    )
+    assert not any("--bearing" in text for text in analyse_recording(now, baseline=same).warnings)
+    assert any("--bearing" in text for text in analyse_recording(now, baseline=quiet).warnings)
+
+
 def test_baseline_that_shows_the_same_rhythm_takes_the_evidence_away(make: Make) -> None:
     impacts = (ImpactTrain(ORDERS.outer_race, 2.0, 3000.0),)
     alone = analyse_recording(make(impacts=impacts))
@@ -107,6 +116,35 @@ def test_risen_1x_is_unbalance_against_a_baseline(make: Make) -> None:
     line = next(line for line in analysis.findings[0].lines if line.channel == "horizontal")
     assert line.amplitude == pytest.approx(2.4, rel=0.02)
     assert line.baseline_amplitude == pytest.approx(0.3, rel=0.1)
+
+
+#: A real rig's bearing: BPFO at 2.998X, so that BPFO and its sidebands lie beside 2X, 3X and 4X.
+NEAR_3X = Nameplate(bearings=(MountedBearing(BearingGeometry(8, 7.145e-3, 28.519e-3)),))
+
+
+def test_a_bearing_beside_2x_and_3x_leaves_them_to_the_shaft(make: Make) -> None:
+    """A shaft's line stands at n X exactly; knowing the bearing must not take the evidence away."""
+    assert NEAR_3X.bearings[0].geometry.defect_orders().outer_race == pytest.approx(2.998, abs=1e-3)
+    misaligned = {**HEALTHY, 2: 2.0, 3: 1.0}
+    unknown, known = (
+        analyse_recording(make(lines=misaligned, nameplate=plate), baseline=make(seed=7, nameplate=plate))
+        for plate in (Nameplate(), NEAR_3X)
+    )
+    assert top(known)[0] == "misalignment"
+    assert top(known)[1] == pytest.approx(top(unknown)[1], abs=0.02)
+
+
+def test_a_slipping_line_beside_3x_stays_the_bearings(make: Make) -> None:
+    """0.8 % of slip puts BPFO at 2.973X: three bins of a record of 5 s away from 3X."""
+    worn = make(lines={**HEALTHY, 2.973: 1.0}, nameplate=NEAR_3X)
+    analysis = analyse_recording(worn, baseline=make(seed=7, nameplate=NEAR_3X))
+    assert stated(analysis, "misalignment") < LEAST_PROBABILITY
+
+
+def test_a_record_too_short_to_part_shaft_and_bearing_says_so(make: Make) -> None:
+    short = {"seconds": 0.6, "noise_rms": 0.1, "nameplate": NEAR_3X}
+    analysis = analyse_recording(make(lines={**HEALTHY, 2: 2.0}, **short), baseline=make(seed=7, **short))
+    assert any("2X rose by" in text and "turns cannot tell" in text for text in analysis.warnings)
 
 
 def test_change_within_repeatability_is_nothing(make: Make) -> None:
@@ -206,6 +244,8 @@ def test_one_grown_pair_is_eccentricity(make: Make) -> None:
         make(lines=lines, nameplate=GEARS), baseline=make(lines=mesh({}), nameplate=GEARS, seed=9)
     )
     assert top(analysis)[0] == "gear_eccentricity"
+    # An unbalance of the gear's shaft changes the centre distance once a turn just as well.
+    assert "unbalance" in analysis.findings[0].rivals
 
 
 def test_mesh_that_rose_in_one_direction_only_may_be_a_loose_joint(make: Make) -> None:

@@ -87,11 +87,71 @@ def test_noise_has_no_speed(tmp_path, monkeypatch, capsys):
         (("--speed-range", "900"), "Write 600-3000"),
         (("--speed-range", "900-300"), "lower one first"),
         (("--highest-order", "0"), "allowed"),
+        (("--highest-order", "0.001"), "allowed: 1 to 1000"),
     ],
 )
 def test_wrong_options(run_up, monkeypatch, capsys, arguments, message):
     assert run(monkeypatch, "orders", run_up, *arguments) == 2
     assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--orders", "1,300"), "half the sampling rate at 7"),
+        (("--bandwidth", "1e-12"), "a tenth of one over the record's length"),
+        (("--bandwidth", "60"), "Give a narrower one"),
+        (("--skip", "tacho", "--speed-range", "0.001-0.002"), "between 0.001 and 0.002 rpm"),
+        (("--skip", "x", "--skip", "y"), "the file holds tacho (tacho)"),
+    ],
+)
+def test_what_a_record_cannot_hold_is_refused(run_up, monkeypatch, capsys, arguments, message):
+    """Each of them once gave a wrong number or a traceback."""
+    tacho = () if "tacho" in arguments else ("--tacho", "tacho")
+    assert run(monkeypatch, "orders", run_up, *tacho, *arguments) == 3
+    assert message in capsys.readouterr().err
+
+
+def test_an_order_beyond_the_map_has_its_own_noise_and_none_where_the_rate_ends(tmp_path, monkeypatch, capsys):
+    """Order 120 of 12 to 30 Hz passes half of 5 kHz at 20.8 Hz; noise of 1 is some 0.03 in a frame of the map."""
+    rng = np.random.default_rng(3)
+    columns = {
+        "x (um)": 40 * np.cos(2 * np.pi * ANGLE) + rng.normal(0, 1, TIME.size),
+        "tacho (V)": 5.0 * ((ANGLE % 1.0) < 0.05),
+    }
+    path = write_csv(tmp_path / "high.csv", columns)
+    assert run(monkeypatch, "orders", path, "--tacho", "tacho", "--orders", "1,120", "--json") == 0
+    _, high = json.loads(capsys.readouterr().out)["orders"]
+    assert high["rpm_at_largest"] < 60 * 0.5 * RATE / 120
+    assert 0 < high["median"] < 0.3e-6
+    # The largest of some 40 independent values of noise: 10 dB and less above its mean.
+    assert abs(high["over_noise_db"]) < 15
+
+
+def test_a_tacho_that_stops_is_told_and_gives_no_amplitudes_after_it(tmp_path, monkeypatch, capsys):
+    """The speed goes on rising: an angle that runs on at the last speed would put 1X elsewhere."""
+    columns = {
+        "x (um)": 40 * np.cos(2 * np.pi * ANGLE + 0.5),
+        "tacho (V)": 5.0 * (((ANGLE % 1.0) < 0.05) & (TIME < 4.0)),
+    }
+    path = write_csv(tmp_path / "stops.csv", columns)
+    assert run(monkeypatch, "orders", path, "--tacho", "tacho", "--orders", "1", "--json") == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert "after the last one" in answer["warnings"][0]
+    assert answer["orders"][0]["median"] == pytest.approx(40e-6, rel=0.023)
+    assert answer["orders"][0]["rpm_at_largest"] < 60 * (12 + 3 * 4.2)
+
+
+def test_a_tacho_without_pulses_is_told(tmp_path, monkeypatch, capsys):
+    columns = {
+        "x (um)": sum(np.cos(2 * np.pi * n * 25 * TIME) for n in (1, 2, 3)),
+        "tacho (V)": np.full(TIME.size, 5.0),
+    }
+    path = write_csv(tmp_path / "silent.csv", columns)
+    assert run(monkeypatch, "orders", path, "--tacho", "tacho", "--speed", "1500", "--json") == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert any("no pulse train" in warning for warning in answer["warnings"])
+    assert answer["speed"]["method"].startswith("vibration")
 
 
 def test_a_missing_file_is_told(monkeypatch, capsys):

@@ -79,6 +79,8 @@ def test_noise_has_no_families(tmp_path, monkeypatch, capsys):
         (("--spacing", "10"), 2),
         (("--carrier", "10", "--spacing", "20"), 2),
         (("--carrier", "4000", "--spacing", "20"), 3),
+        # Carrier and sidebands in one line of the spectrum: this once was a modulation of 200 %.
+        (("--carrier", "500", "--spacing", "1e-9"), 3),
     ],
 )
 def test_wrong_options(gear, monkeypatch, capsys, arguments, code):

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 from rotorwise.diagnose.misalignment_levels import Levels, fitting, misalignment_levels
+from rotorwise.diagnose.misalignment_thresholds import largest
 from rotorwise.diagnose.signal.integrate import averaged_power, rms_from_power
-from rotorwise.diagnose.thresholds_command import largest
 from rotorwise.diagnose.zones.table import find_table
 from rotorwise.simulators.effects.coupling_misalignment import CouplingMisalignment
 from rotorwise.simulators.errors import InvalidValueError

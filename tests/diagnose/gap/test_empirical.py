@@ -88,6 +88,18 @@ def test_a_hidden_unbalance_is_an_unknown_force_that_turns_and_grows_as_speed_sq
         assert one.share > 0.99
 
 
+def test_forces_that_spoil_what_was_not_fitted_are_not_added(healthy):
+    # The unbalance acts at all speeds but the one that is held out.
+    recordings = list(_recorded(REAL.with_effects(HIDDEN), 11))
+    recordings[2] = _recorded(REAL, 31)[2]
+    found = explain_gap(Campaign(tuple(recordings), tuple(healthy)), rigid_coupling, only=OTHERS)
+    assert found.kind == "unknown"
+    assert found.gain.held_out == (2,)
+    assert not found.empirical
+    assert any("would make the held-out error" in remark for remark in found.remarks)
+    assert found.gain.held_out_db == pytest.approx(found.gain.calibration_only_db)
+
+
 def test_the_gain_is_that_of_the_added_forces_on_a_speed_that_was_not_fitted(answer):
     gain = answer.gain
     assert gain.held_out

@@ -80,3 +80,10 @@ def test_a_line_of_a_single_record_among_several_is_none():
     records = [_record(f, i, *(((29.86, 0.02),) if i == 0 else ())) for i, f in enumerate(SPEEDS_HZ)]
     assert not _found(records)
     assert len(_found(records[:1])) == 1
+
+
+def test_a_line_just_outside_the_band_of_a_stated_one_is_found():
+    # 50 Hz is stated; resolution 0.167 Hz: 50.8 Hz lies 4.8 lines of the spectrum beside it.
+    ((order, kind),) = _found([_record(f, i, (50.8, 0.05)) for i, f in enumerate(SPEEDS_HZ)])
+    assert order == 0
+    assert kind.frequency_hz == pytest.approx(50.8, abs=0.1 * RATE_HZ / SAMPLES)

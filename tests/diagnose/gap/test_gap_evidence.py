@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from rotorwise.diagnose.gap.baseline import Baseline, error_covariance, noise_covariance
-from rotorwise.diagnose.gap.evidence import Widened, comparison, log_density
+from rotorwise.diagnose.gap.evidence import STRENGTH_TOLERANCE, Widened, comparison, log_density, strength_columns
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines, joined, stacked
 
 GENERATOR = np.random.default_rng(4)
@@ -82,3 +82,15 @@ def test_widened_density_is_the_plain_gaussian_one():
     covariance = compared.factor @ inside @ compared.factor.T
     expected = multivariate_normal(np.zeros(len(covariance)), covariance).logpdf(compared.factor @ compared.residual)
     assert log_density(compared, compared.residual, widened) == pytest.approx(expected)
+
+
+def test_a_strength_is_known_no_better_than_its_law():
+    # One strength s of a line that noise hardly hides: its variance is that of the law's factor, beside the noise's.
+    lines = _lines((600.0, 900.0, 1200.0))
+    compared = comparison(lines, _baseline(3, np.array([0.1]), np.zeros(1)), None, None, np.full((2, 2), 0.1))
+    response = np.zeros(lines.amplitudes.shape, dtype=complex)
+    response[:, :, 0] = 1e3 * _complex(3, 2)
+    white = compared.whitened(response)
+    noise = 1 / float(white @ white)
+    information = float(white @ Widened(strength_columns(compared, response)).solve(white))
+    assert 1 / information == pytest.approx(noise + STRENGTH_TOLERANCE**2, rel=1e-6)

@@ -82,3 +82,13 @@ def test_channels_that_are_no_accelerations_have_no_envelope_lines():
         accelerations=[False],
     )
     assert np.isinf(deviation).all()
+
+
+def test_a_band_beside_a_larger_line_says_little():
+    # Three lines of the spectrum apart: what the small one's band holds is the large one's lobe.
+    apart = 3 / (SAMPLES / RATE_HZ) / SPEED_HZ
+    size, deviation = _sizes(0.3 * np.cos(2 * np.pi * 2.4 * TURNS), [2.4, 2.4 + apart], [PLAIN, PLAIN])
+    assert size[0] == pytest.approx(0.3, rel=0.01)
+    assert size[1] > 0.01
+    assert deviation[0] < 0.1
+    assert deviation[1] > 0.29

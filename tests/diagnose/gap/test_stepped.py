@@ -47,3 +47,16 @@ def test_a_force_of_the_supply_leaves_the_shaft_s_orders_alone():
     faulty = machine.with_effects(make_effect("twice_line_force", {"force_n": 5.0, "torque_n_m": 0.0}))
     change = predictor.amplitudes(faulty) - predictor.amplitudes(machine)
     assert np.abs(change[:, :, 3]).max() > 20 * np.abs(change[:, :, :3]).max()
+
+
+@pytest.mark.parametrize("speed_rpm", [1052.0, 2059.0, 3849.0])
+def test_a_line_close_to_an_order_is_predicted_as_far_as_the_recording_shows_it(speed_rpm):
+    # At 2059 and 3849 rpm 100 Hz lies 2.9 and 3.8 Hz from a half order: sixteen turns do not tell them apart.
+    predictor = _predictor("amb_rotor", (speed_rpm,), 10_000.0)
+    hum = make_effect("mains_hum", {"amplitude": 0.05, "second": 0.4, "third": 0.0}, at="bearing_1")
+    change = predictor.amplitudes(find_machine("amb_rotor").with_effects(hum))[0, :, 3]
+    motion = predictor._moving(find_machine("amb_rotor"))[0]
+    swing = np.abs(motion.waveform(np.linspace(0, 32 * np.pi, 20_000))).max(axis=1)
+    names = [probe.name for probe in motion.probes]
+    expected = [0.05 * 0.4 * swing[names.index(name)] for name in predictor.probes[:2]]
+    assert change[:2].real == pytest.approx(expected, rel=0.05)

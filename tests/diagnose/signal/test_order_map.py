@@ -111,6 +111,14 @@ def test_repaired_pulses_are_reported_on_a_run_up():
     assert "3 false" in check.message
 
 
+def test_a_tacho_that_starts_late_or_stops_early_is_reported():
+    """Outside its pulses the angle only runs on: what is read there is a guess."""
+    signal = pulses(without=(*range(20), *range(120, 1000)))
+    late, early = check_tacho(signal, rate_hz=RATE, name="tacho")
+    assert "before the first" in late.message
+    assert "after the last" in early.message
+
+
 def test_a_sound_tacho_is_not_mentioned():
     assert check_tacho(pulses(), rate_hz=RATE, name="tacho") == []
 

@@ -34,6 +34,21 @@ def errors(found, speed_hz: np.ndarray) -> np.ndarray:
     return np.abs(found.speed_hz / np.interp(found.time_s, TIME, speed_hz) - 1)
 
 
+def test_a_slow_shaft_is_not_taken_for_one_of_twice_its_speed():
+    """30 to 54 rpm: half a second holds no turn of it, and at twice the speed all was said to be well."""
+    rate = 500.0
+    speed = np.linspace(0.5, 0.9, 30_000)
+    angle = np.cumsum(speed) / rate
+    rng = np.random.default_rng(7)
+    lines = sum(
+        size * np.cos(2 * np.pi * (order * angle + rng.uniform())) for order, size in ((1, 1), (2, 0.5), (3, 0.3))
+    )
+    found = track_speed(lines + rng.normal(0, 0.1, angle.size), rate_hz=rate, lowest_hz=0.3, highest_hz=1.2)
+    wrong = np.abs(found.speed_hz / np.interp(found.time_s, np.arange(angle.size) / rate, speed) - 1)
+    assert np.median(wrong) < 3e-3
+    assert np.mean(wrong < 0.03) > 0.95
+
+
 @pytest.mark.parametrize("name", SPEEDS)
 @pytest.mark.parametrize("seed", [11, 12])
 def test_median_error_and_share_of_frames(name, seed):

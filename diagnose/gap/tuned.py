@@ -1,0 +1,101 @@
+"""Effects that are free to choose where their line lies, put where the recordings show one.
+
+A search by slopes finds such a place only from close by: a line that lies beside the measured one explains nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...simulators.effect import Effect
+from ...simulators.errors import RotorwiseError
+from ...simulators.machine import Machine
+from ...simulators.parameter import Parameter
+from .coordinates import Coordinate
+from .wanted_lines import STRUCK
+
+#: Supplies of the world, and by how much a line may be off its multiples.
+SUPPLIES_HZ, SUPPLY_WANDER = (50.0, 60.0), 0.005
+#: Places of a prior that are looked at, in standard coordinates, and halvings of the interval between two of them.
+PLACES, HALVINGS = np.linspace(-2.5, 2.5, 51), 40
+#: Values closer than this share are one.
+SAME = 0.01
+
+Tuned = tuple[Effect, frozenset[str]]
+
+
+def tuned(effect: Effect, machine: Machine, found: Sequence[tuple[float, float]]) -> list[Tuned]:
+    """Return the effect with a line at each place where it can have one, and the parameter that is then given.
+
+    Parameters
+    ----------
+    effect : Effect
+    machine : Machine
+    found : sequence of tuple of float
+        Lines that the recordings show: order, and frequency in Hz added to it.
+    """
+    frequencies = [added for order, added in found if order == 0]
+    orders = [order for order, added in found if order > 0 and not added]
+    return _at_frequencies(effect, machine, frequencies) + _at_orders(effect, machine, orders)
+
+
+def _at_frequencies(effect: Effect, machine: Machine, frequencies_hz: Sequence[float]) -> list[Tuned]:
+    """A frequency with a prior may be any; one without is that of the supply, 50 or 60 Hz."""
+    result = []
+    for declared in effect.parameters():
+        if declared.unit != "Hz":
+            continue
+        for value in SUPPLIES_HZ if declared.prior is None else frequencies_hz:
+            if value == effect.values()[declared.name] or not declared.bounds[0] <= value <= declared.bounds[1]:
+                continue
+            one = effect.with_values(**{declared.name: value})
+            places = [abs(line.frequency_hz) for line in one.signature(machine) if line.order == 0]
+            if any(abs(place - own) <= SUPPLY_WANDER * own for place in places for own in frequencies_hz):
+                result.append((one, frozenset((declared.name,))))
+    return result
+
+
+def _at_orders(effect: Effect, machine: Machine, orders: Sequence[float]) -> list[Tuned]:
+    """A parameter without a unit and with a prior that moves a line beside the shaft's orders: a slip, a share."""
+    if effect.ROLE in STRUCK:
+        return []
+    result = []
+    for declared in effect.parameters():
+        if declared.unit or declared.prior is None or declared.zero is not None:
+            continue
+        values = [value for order in orders for value in _values_for(effect, declared, machine, order)]
+        distinct: list[float] = []
+        for value in values:
+            if all(abs(value - other) > SAME * abs(other) for other in distinct):
+                distinct.append(value)
+        result += [(effect.with_values(**{declared.name: value}), frozenset((declared.name,))) for value in distinct]
+    return result
+
+
+def _values_for(effect: Effect, declared: Parameter, machine: Machine, order: float) -> list[float]:
+    """Return the values of a parameter at which one of the effect's lines lies at an order."""
+    coordinate = Coordinate(declared)
+
+    def places(z: float) -> np.ndarray:
+        value = coordinate.value(z)
+        lines = effect.with_values(**{declared.name: value}).signature(machine)
+        return np.array([abs(line.order) for line in lines if not line.frequency_hz])
+
+    try:
+        rows = [places(z) for z in PLACES]
+    except RotorwiseError:
+        return []
+    if len({row.size for row in rows}) != 1 or not rows[0].size:
+        return []
+    away = np.array(rows) - order
+    values = []
+    for line in range(away.shape[1]):
+        for k in np.flatnonzero(away[:-1, line] * away[1:, line] < 0):
+            low, high, sign = PLACES[k], PLACES[k + 1], np.sign(away[k, line])
+            for _ in range(HALVINGS):
+                middle = (low + high) / 2
+                low, high = (middle, high) if np.sign(places(middle)[line] - order) == sign else (low, middle)
+            values.append(coordinate.value((low + high) / 2))
+    return values

@@ -1,0 +1,108 @@
+"""The machine's own unknowns from its healthy lines, the model's error, and where the tacho's pulse sits."""
+
+import numpy as np
+import pytest
+from rotorwise.diagnose.gap.baseline import Baseline, error_covariance, linearised, model_error, start
+from rotorwise.diagnose.gap.calibration import calibrated, left_variance, objective
+from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
+from rotorwise.diagnose.gap.predict import Predictor
+from rotorwise.diagnose.gap.pulse_place import calibrated_with_pulse, turned
+from rotorwise.simulators.machine import find_machine
+
+ORDERS = (1.0, 2.0, 3.0)
+SPEEDS_RPM = (1200.0, 1700.0, 2300.0, 2900.0, 3500.0, 4100.0)
+NOISE_M = 1e-8
+#: Away from what is given, within the priors.
+OFF = {"coupling_stiffness_n_m": 1.06, "coupling_rotational_stiffness_n_m_rad": 0.95, "unbalance_kg_m": 1.05,
+       "shaft_diameter_m": 1.002, "shaft_length_m": 0.997}  # fmt: skip
+#: What the calibration cannot move is off as well.
+WRONG = {"derivative": 1.05, "integral": 1.1, "current_stiffness_n_a": 1.03, "displacement_stiffness_n_m": 0.96,
+         "first_amplifier_time_s": 1.05}  # fmt: skip
+
+
+def _predictor(name: str) -> Predictor:
+    probes = tuple(p.name for p in find_machine(name).bare_assembly().probes if p.quantity == "displacement")
+    count = len(SPEEDS_RPM)
+    conditions = tuple(Condition(speed) for speed in SPEEDS_RPM)
+    kinds = (LineKind(),) * len(ORDERS)
+    return Predictor(conditions, probes, ORDERS, (10_000.0,) * count, (20_000,) * count, kinds, (0,) * len(ORDERS))
+
+
+def _healthy(predictor: Predictor, *, seed: int, **factors: float) -> OrderLines:
+    machine = find_machine("amb_rotor")
+    machine = machine.with_parameters(**{name: own * machine.values[name] for name, own in factors.items()})
+    lines = predictor.amplitudes(machine)
+    generator = np.random.default_rng(seed)
+    noise = NOISE_M * (generator.normal(size=lines.shape) + 1j * generator.normal(size=lines.shape))
+    return OrderLines(predictor.conditions, predictor.probes, ORDERS, lines + noise, np.full(lines.shape, NOISE_M))
+
+
+def test_a_calibration_ends_where_the_truth_is_no_better():
+    predictor, machine = _predictor("amb_rotor"), find_machine("amb_rotor")
+    healthy = _healthy(predictor, seed=1, **OFF)
+    found = calibrated(machine, healthy, predictor)
+    given = start(machine, predictor)
+    truth = given.position.copy()
+    for number, one in enumerate(given.coordinates):
+        factor = OFF.get(one.parameter.name, 1.0)
+        truth[number] = one.coordinate(factor * machine.values[one.parameter.name])
+    there = linearised(machine, given.coordinates, truth, given.given, given.active, predictor)
+    error = model_error(given.lines)
+    assert objective(found, healthy, error) < objective(there, healthy, error) + 0.5
+    assert objective(found, healthy, error) < 0.2 * objective(given, healthy, error)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_calibration_gets_on_where_the_model_is_wrong(seed):
+    # A Newton step cut coordinate by coordinate goes nowhere here.
+    predictor, machine = _predictor("amb_rotor"), find_machine("amb_rotor")
+    healthy = _healthy(predictor, seed=seed, **OFF, **WRONG)
+    given = start(machine, predictor)
+    error = model_error(given.lines)
+    found = calibrated(machine, healthy, predictor)
+    assert objective(found, healthy, error) < 0.02 * objective(given, healthy, error)
+
+
+@pytest.mark.parametrize("angle_rad", [2.3, -1.0])
+def test_the_pulse_s_place_on_the_shaft_is_found(angle_rad):
+    predictor, machine = _predictor("amb_rotor"), find_machine("amb_rotor")
+    healthy = _healthy(predictor, seed=2, **OFF)
+    found, angle = calibrated_with_pulse(machine, turned(healthy, -angle_rad), predictor)
+    assert angle == pytest.approx(angle_rad, abs=0.05)
+    straight = calibrated(machine, healthy, predictor)
+    assert np.abs(found.lines - straight.lines).max() < 0.01 * np.abs(straight.lines).max()
+
+
+def test_a_pulse_at_the_model_s_zero_stays_there():
+    predictor, machine = _predictor("amb_rotor"), find_machine("amb_rotor")
+    assert calibrated_with_pulse(machine, _healthy(predictor, seed=3, **OFF), predictor)[1] == 0.0
+
+
+def test_lines_without_phase_and_untied_conditions_do_not_turn():
+    conditions = (Condition(1000.0), Condition(2000.0, tied=False))
+    amplitudes = np.array([[[1.0 + 1.0j, 0.5]], [[2.0 - 1.0j, 0.3]]])
+    lines = OrderLines(
+        conditions, ("a",), (2.0, 0.4), amplitudes, np.ones(amplitudes.shape), (LineKind(), LineKind(phase=False))
+    )
+    found = turned(lines, 0.3).amplitudes
+    assert found[0, 0, 0] == pytest.approx((1 + 1j) * np.exp(-0.6j))
+    assert found[0, 0, 1] == 0.5
+    assert (found[1] == amplitudes[1]).all()
+
+
+def test_one_loud_condition_does_not_hide_what_the_quiet_ones_show():
+    # Misses of 1.0 in five quiet conditions; noise of 20 in the sixth. Sum of squares less sum of noise is negative.
+    generator = np.random.default_rng(5)
+    deviations = np.array([0.04] * 5 + [20.0])[:, None, None]
+    miss = np.exp(1j * generator.uniform(-np.pi, np.pi, 6))[:, None, None]
+    miss[5] = 10.0
+    shape = (6, 1, 1)
+    conditions = tuple(Condition(600.0 * 2**k) for k in range(6))
+    healthy = OrderLines(conditions, ("a",), (1.0,), 0.01 + miss, np.broadcast_to(deviations, shape).copy())
+    none = np.zeros(0)
+    current = Baseline(None, (), none, none, none.astype(bool), np.full(shape, 0.01 + 0j), np.zeros((0, *shape)), none,
+                       none, none)  # fmt: skip
+    found = left_variance(current, healthy)
+    # Each quiet condition has |miss|^2 / 2 = 0.5 a part.
+    assert found[0, 0] == pytest.approx(0.5, rel=0.15)
+    assert error_covariance(conditions, np.sqrt(found), healthy.parts).shape == (12, 12)

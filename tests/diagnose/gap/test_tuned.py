@@ -1,0 +1,34 @@
+"""Effects that can choose where their line lies, put where the recordings show one."""
+
+import pytest
+from rotorwise.diagnose.gap.tuned import tuned
+from rotorwise.simulators.effect import make_effect
+from rotorwise.simulators.machine import find_machine
+
+RIG = find_machine("test_rig")
+
+
+def _values(effect, name, found):
+    return [one.values()[name] for one, given in tuned(effect, RIG, found) if given == {name}]
+
+
+def test_both_sidebands_of_a_slip_give_one_slip():
+    slip, poles = 0.0442, 4.0
+    apart = poles * slip / (1 - slip)
+    effect = make_effect("pole_pass", {"poles": poles}, at="motor")
+    found = _values(effect, "slip", [(1 + apart, 0.0), (1 - apart, 0.0), (apart, 0.0)])
+    assert found == [pytest.approx(slip, rel=1e-6)]
+
+
+def test_a_line_out_of_reach_of_the_prior_tunes_nothing():
+    # 4 poles at 5 % slip, the prior's end, reach 0.21 X from 1X.
+    assert _values(make_effect("pole_pass", {}, at="motor"), "slip", [(1.5, 0.0), (7.3, 0.0)]) == []
+
+
+def test_a_frequency_is_taken_as_it_is_found():
+    effect = make_effect("load_fluctuation", {"torque_n_m": 1.0}, at="shaft_load")
+    assert _values(effect, "frequency_hz", [(0.0, 14.9), (1.3, 0.0)]) == [14.9]
+
+
+def test_what_states_no_free_line_is_not_tuned():
+    assert tuned(make_effect("unbalance", {}, at="disc"), RIG, [(1.3, 0.0), (0.0, 37.0)]) == []
