@@ -18,6 +18,7 @@ from .evidence import Comparison, Problem
 from .first_look import explainable, reach
 from .found_lines import found_lines
 from .gain import measured_gain, useful_forces
+from .held_out import checked
 from .hypotheses import Candidate, candidates
 from .lines import OrderLines
 from .observe import observe_orders, with_floor, with_reference
@@ -154,9 +155,10 @@ def explain_gap(
     kernels = force_kernels(problem.baseline.machine, part) if tied else None
     posterior = search(problem, screening, kernels, tell=tell)
     tell("measuring the gain")
+    posterior, withdrawn = checked(prepared, posterior)
     forces, remarks = useful_forces(prepared, posterior)
     gain = measured_gain(machine, prepared, posterior, forces)
-    return told(machine, prepared, posterior, not_compared, gain, forces, remarks)
+    return told(machine, prepared, posterior, not_compared, gain, forces, (*withdrawn, *remarks))
 
 
 def _competing(

@@ -66,6 +66,7 @@ def _score(score: Score | None) -> dict[str, float | None]:
     return {
         "log_evidence": number(score.log_evidence) if score else None,
         "log_prediction": number(score.log_prediction) if score else None,
+        "log_held_out": number(score.log_held_out) if score else None,
     }
 
 

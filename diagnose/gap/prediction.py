@@ -7,6 +7,8 @@ its values are known, and the density of one condition's lines given all others 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,12 +22,27 @@ def score_of(fit: Fit, compared: Comparison) -> Score:
     """Return the figures of a fit; ``compared`` is what it was fitted in when it does not say so itself."""
     where = fit.compared or compared
     slopes = where.whitened(fit.slopes) if fit.candidates else np.zeros((0, where.residual.size))
-    precision = np.array([CIRCLE_PRECISION if c.is_angle else c.precision for c in fit.coordinates])
-    # Before its values are known, the mean is that at the middle of the prior; an angle is taken where it was found.
-    known = np.array([not c.is_angle for c in fit.coordinates], dtype=bool)
-    left = fit.residual + (fit.position * known) @ slopes
-    directions = np.concatenate([fit.law, slopes / np.sqrt(precision)[:, None]])
+    left, directions = prior_of(fit, fit.residual, slopes, fit.law)
     return Score(fit.log_evidence, left_out(where, left, directions))
+
+
+def prior_of(fit: Fit, residual: np.ndarray, slopes: np.ndarray, law: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return what the lines differ from their mean, and the directions they spread in, before the values are known.
+
+    Parameters
+    ----------
+    fit : Fit
+    residual : ndarray (reals,)
+        Whitened, at the fitted values.
+    slopes : ndarray (coordinates, reals)
+        Whitened.
+    law : ndarray (directions, reals)
+        Whitened directions in which the law may be wrong.
+    """
+    precision = np.array([CIRCLE_PRECISION if c.is_angle else c.precision for c in fit.coordinates])
+    # The mean is that at the middle of the prior; an angle is taken where it was found.
+    known = np.array([not c.is_angle for c in fit.coordinates], dtype=bool)
+    return residual + (fit.position * known) @ slopes, np.concatenate([law, slopes / np.sqrt(precision)[:, None]])
 
 
 def score_of_unknown(unknown: Unknown, compared: Comparison) -> Score:
@@ -40,6 +57,32 @@ def score_of_unknown(unknown: Unknown, compared: Comparison) -> Score:
 def left_out(compared: Comparison, residual: np.ndarray, directions: np.ndarray) -> float:
     """Return the sum over conditions of the logarithm of their lines' density given the lines of all others.
 
+    Parameters as in `given_others`.
+    """
+    conditions = np.unique(np.nonzero(compared.seen)[0])
+    return sum(given_others(compared, residual, directions, [int(one)]).log_density for one in conditions)
+
+
+@dataclass(frozen=True)
+class Predicted:
+    """How probable some lines are, given others.
+
+    Attributes
+    ----------
+    log_density : float
+    chance : float
+        Of a distance as large as theirs, were the hypothesis true.
+    """
+
+    log_density: float
+    chance: float
+
+
+def given_others(
+    compared: Comparison, residual: np.ndarray, directions: np.ndarray, conditions: Sequence[int]
+) -> Predicted:
+    """Return how probable the lines of some conditions are, given those of all others.
+
     Parameters
     ----------
     compared : Comparison
@@ -47,17 +90,17 @@ def left_out(compared: Comparison, residual: np.ndarray, directions: np.ndarray)
         Whitened: of the lines less their mean.
     directions : ndarray (directions, reals)
         Whitened: the covariance is I + D' D.
+    conditions : sequence of int
     """
-    spread = compared.factor @ directions.T
-    covariance = compared.factor @ compared.factor.T + spread @ spread.T
-    precision = np.linalg.inv(covariance)
-    weighted = precision @ (compared.factor @ residual)
+    from scipy.stats import chi2
+
     condition = np.concatenate([np.nonzero(part)[0] for part in compared.lines.parts])
-    total = 0.0
-    for one in np.unique(condition):
-        rows = np.flatnonzero(condition == one)
-        # The inverse of a block of the precision is the covariance given all others.
-        block = precision[np.ix_(rows, rows)]
-        power = float(weighted[rows] @ np.linalg.solve(block, weighted[rows]))
-        total += -0.5 * power + 0.5 * float(np.linalg.slogdet(block)[1]) - 0.5 * rows.size * math.log(2 * math.pi)
-    return total
+    rows = np.flatnonzero(np.isin(condition, conditions))
+    spread = compared.factor @ directions.T
+    precision = np.linalg.inv(compared.factor @ compared.factor.T + spread @ spread.T)
+    # The inverse of a block of the precision is the covariance given all others.
+    block = precision[np.ix_(rows, rows)]
+    weighted = (precision @ (compared.factor @ residual))[rows]
+    power = float(weighted @ np.linalg.solve(block, weighted))
+    density = -0.5 * power + 0.5 * float(np.linalg.slogdet(block)[1]) - 0.5 * rows.size * math.log(2 * math.pi)
+    return Predicted(density, float(chi2.sf(power, rows.size)))

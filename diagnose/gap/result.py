@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -153,13 +154,16 @@ class Score:
     Attributes
     ----------
     log_evidence : float
-        Of all conditions together.
+        Of all fitted conditions together.
     log_prediction : float
-        Of each condition given the others, summed.
+        Of each fitted condition given the others, summed.
+    log_held_out : float
+        Of the held-out conditions given the fitted ones; NaN where it was not computed.
     """
 
     log_evidence: float
     log_prediction: float
+    log_held_out: float = math.nan
 
 
 @dataclass(frozen=True, eq=False)

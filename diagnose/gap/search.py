@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from .evidence import Comparison, Problem, Widened
 from .hypotheses import Candidate
 from .judged import judged
 from .null_distribution import chance_of_residual
+from .prediction import Predicted
 from .refine import FIRST_STEPS, Climbed, Fit, climbed, jointly, nothing, refined
 from .screen import Atom, Start, starts
 from .unknown_force import Unknown, unexplained
@@ -67,6 +68,8 @@ class Posterior:
         an effect and something else beside it. Sums to 1.
     misfit : float
         Chance of a residual as large as the best hypothesis leaves.
+    held_out : mapping of tuple of str to Predicted
+        How well hypotheses predict the held-out conditions, where that was looked at.
     """
 
     compared: Comparison
@@ -75,6 +78,7 @@ class Posterior:
     unknown: Unknown
     probabilities: Mapping[tuple[str, ...], float]
     misfit: float
+    held_out: Mapping[tuple[str, ...], Predicted] = field(default_factory=dict)
 
     def best(self, names: tuple[str, ...]) -> Fit:
         """Return the best fit of effects of these names."""

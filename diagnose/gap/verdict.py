@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -101,7 +102,11 @@ def _scores(posterior: Posterior) -> dict[tuple[str, ...], Score]:
     for fit in sorted(posterior.fits, key=lambda one: -one.log_evidence):
         if fit.names not in found:
             found[fit.names] = score_of(fit, compared)
-    return found
+    seen = posterior.held_out
+    return {
+        names: replace(one, log_held_out=seen[names].log_density) if names in seen else one
+        for names, one in found.items()
+    }
 
 
 def _closest(posterior: Posterior) -> tuple[str, ...]:

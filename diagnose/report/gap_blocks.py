@@ -116,7 +116,10 @@ def candidates_block(result: GapResult) -> str:
         f"{_score(result, names)}</li>"
         for names, p in ranked
     ]
-    note = "Evidence, and prediction of each condition from the others: logarithms of the ratio to nothing being wrong."
+    note = (
+        "Evidence, prediction of each condition from the others, and of the held-out ones from all fitted: logarithms "
+    )
+    note += "of the ratio to nothing being wrong."
     shown = f'<ol class="bars">{"".join(rows[:MOST_CANDIDATES])}</ol>'
     shown += f'<p class="source">{note}</p>' if result.scores else ""
     more = len(rows) - MOST_CANDIDATES
@@ -133,7 +136,9 @@ def _score(result: GapResult, names: tuple[str, ...]) -> str:
         return ""
     evidence = own.log_evidence - nothing.log_evidence
     prediction = own.log_prediction - nothing.log_prediction
-    return f'<small class="source">evidence {evidence:+.0f}, prediction {prediction:+.0f}</small>'
+    held_out = own.log_held_out - nothing.log_held_out
+    told = f", held out {held_out:+.0f}" if math.isfinite(held_out) else ""
+    return f'<small class="source">evidence {evidence:+.0f}, prediction {prediction:+.0f}{told}</small>'
 
 
 def gain_block(gain: Gain) -> str:

@@ -114,3 +114,13 @@ def test_channels_that_are_no_probes_are_refused(unbalanced):
     )
     with pytest.raises(InvalidValueError, match="No channel is a probe"):
         explain_gap(Campaign((other,)), rigid_coupling)
+
+
+def test_a_cause_that_grew_in_the_condition_held_out_is_not_named(unbalanced, real):
+    grown = dataclasses.replace(HIDDEN, moment_kg_m=2 * HIDDEN.moment_kg_m)
+    later = recorded(real.with_effects(grown), SPEEDS_RPM[2:3], rate_hz=500.0, duration_s=6.0, seed=31, settle_s=40.0)
+    recordings = (*unbalanced.recordings[:2], *later, *unbalanced.recordings[3:])
+    found = explain_gap(Campaign(recordings, unbalanced.baseline), rigid_coupling)
+    assert found.gain.held_out == (2,)
+    assert found.kind == "unknown"
+    assert "misses the held-out conditions by more than noise" in found.remarks[1]

@@ -1,0 +1,100 @@
+"""The held-out conditions as a witness: chances against simulation, and which names they withdraw."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from rotorwise.diagnose.gap import held_out
+from rotorwise.diagnose.gap.evidence import comparison
+from rotorwise.diagnose.gap.held_out import checked
+from rotorwise.diagnose.gap.judged import judged
+from rotorwise.diagnose.gap.lines import Condition, OrderLines
+from rotorwise.diagnose.gap.prediction import Predicted, given_others, left_out
+from rotorwise.diagnose.gap.search import Posterior
+
+from .test_gap_evidence import _baseline
+
+LEFT, RIGHT, UNKNOWN = ("left",), ("right",), ("unknown",)
+
+
+def test_of_a_true_hypothesis_every_chance_is_as_frequent_as_it_says():
+    generator = np.random.default_rng(3)
+    shape = (3, 2, 2)
+    conditions = tuple(Condition(speed) for speed in (600.0, 700.0, 1300.0))
+    lines = OrderLines(conditions, ("a", "b"), (1.0, 2.0), np.ones(shape, dtype=complex), np.ones(shape))
+    compared = comparison(lines, _baseline(3, np.array([0.5]), np.zeros(1)), None, None, np.full((2, 2), 0.3))
+    directions = generator.normal(size=(3, compared.residual.size))
+    chances = []
+    for _ in range(2000):
+        drawn = generator.normal(size=compared.residual.size) + generator.normal(size=3) @ directions
+        chances.append(given_others(compared, drawn, directions, [1]).chance)
+    # Of 2000 draws a share p has a standard deviation of sqrt(p (1 - p) / 2000).
+    for share in (0.05, 0.5, 0.95):
+        assert np.mean(np.array(chances) < share) == pytest.approx(share, abs=4 * np.sqrt(share * (1 - share) / 2000))
+
+
+def test_one_condition_given_the_others_is_a_part_of_the_sum_over_all():
+    shape = (3, 2, 2)
+    generator = np.random.default_rng(5)
+    conditions = tuple(Condition(speed) for speed in (600.0, 700.0, 1300.0))
+    amplitudes = generator.normal(size=shape) + 1j * generator.normal(size=shape)
+    lines = OrderLines(conditions, ("a", "b"), (1.0, 2.0), amplitudes, np.ones(shape))
+    compared = comparison(lines, _baseline(3, np.array([0.5]), np.zeros(1)), None, None, np.full((2, 2), 0.3))
+    directions = generator.normal(size=(2, compared.residual.size))
+    alone = sum(given_others(compared, compared.residual, directions, [i]).log_density for i in range(3))
+    assert alone == pytest.approx(left_out(compared, compared.residual, directions))
+
+
+def _after(
+    monkeypatch: pytest.MonkeyPatch,
+    shares: dict[tuple[str, ...], float],
+    densities: dict[tuple[str, ...], float],
+    *,
+    chance: float = 0.5,
+) -> tuple[Posterior, tuple[str, ...]]:
+    fits = [SimpleNamespace(names=names) for names in shares if names and names != UNKNOWN]
+    none: Any = SimpleNamespace(names=())
+    posterior = Posterior(None, none, tuple(fits), None, shares, 0.5)  # pyright: ignore[reportArgumentType]
+    monkeypatch.setattr(held_out, "predicted", lambda fit, _: Predicted(densities[fit.names], chance))
+    prepared: Any = SimpleNamespace(held_out=(1,))
+    return checked(prepared, posterior)
+
+
+def test_where_the_leading_effect_predicts_best_nothing_changes(monkeypatch):
+    shares = {LEFT: 0.97, RIGHT: 0.02, (): 0.005, UNKNOWN: 0.005}
+    found, remarks = _after(monkeypatch, shares, {LEFT: 5.0, RIGHT: 1.0, (): -30.0})
+    assert found.probabilities == pytest.approx(shares)
+    assert not remarks
+
+
+def test_an_effect_that_predicts_better_draws_level_and_does_not_pass(monkeypatch):
+    shares = {LEFT: 0.97, RIGHT: 0.02, (): 0.005, UNKNOWN: 0.005}
+    found, remarks = _after(monkeypatch, shares, {LEFT: 5.0, RIGHT: 30.0, (): -30.0})
+    assert found.probabilities[RIGHT] == pytest.approx(0.97 / (2 * 0.97 + 0.01))
+    kind, names, together = judged(found.probabilities)
+    assert (kind, names, together) == ("one cause", LEFT, [LEFT, RIGHT])
+    assert remarks == ("The held-out conditions are predicted better by right than by left.",)
+
+
+def test_a_little_better_adds_only_what_it_tells(monkeypatch):
+    shares = {LEFT: 0.97, RIGHT: 0.02, (): 0.005, UNKNOWN: 0.005}
+    found, _ = _after(monkeypatch, shares, {LEFT: 5.0, RIGHT: 6.0, (): -30.0})
+    assert found.probabilities[RIGHT] / found.probabilities[LEFT] == pytest.approx(np.e * 0.02 / 0.97)
+
+
+def test_nothing_at_all_may_take_a_name_away(monkeypatch):
+    shares = {LEFT: 0.97, (): 0.02, UNKNOWN: 0.01}
+    found, _ = _after(monkeypatch, shares, {LEFT: -40.0, (): 0.0})
+    assert judged(found.probabilities)[0] == "none"
+
+
+@pytest.mark.parametrize("chance", [1e-3, 1e-12, 0.0])
+def test_what_misses_the_held_out_conditions_is_unknown_the_more_it_does(monkeypatch, chance):
+    shares = {LEFT: 0.97, (): 0.02, UNKNOWN: 0.01}
+    found, remarks = _after(monkeypatch, shares, {LEFT: 5.0, (): 0.0}, chance=chance)
+    if chance == 1e-3:
+        assert found.probabilities == pytest.approx(shares)
+    else:
+        assert judged(found.probabilities)[0] == "unknown"
+        assert remarks[0].startswith("With left the model misses the held-out conditions")
