@@ -17,7 +17,7 @@ from .spectrum import Spectrum, peak_offsets, spectrum_with_floor
 from .tacho import pulse_times, regular_share, repaired_pulses
 
 #: Chance that the n-th harmonic of a turning shaft shows above the noise, n = 1, 2, ...
-_HARMONIC_SHOWS = np.array([0.9, 0.8, 0.7, 0.6, 0.5, 0.45, 0.4, 0.35, 0.3, 0.3, 0.25, 0.25, 0.2, 0.2, 0.2])
+HARMONIC_SHOWS = np.array([0.9, 0.8, 0.7, 0.6, 0.5, 0.45, 0.4, 0.35, 0.3, 0.3, 0.25, 0.25, 0.2, 0.2, 0.2])
 _LINE_THRESHOLD = 12.0  # power over mean noise power of a peak that counts as a line: one noise bin in 160 000
 _HINT_SPREAD = 0.035  # standard deviation of true over nominal speed; real files are off by up to 7 %
 _CLEARLY_WORSE = 8.0  # log Bayes factor
@@ -168,14 +168,14 @@ def speed_from_vibration(
     if hint_hz is not None:
         lowest_hz, highest_hz = 0.92 * hint_hz, 1.08 * hint_hz
     lowest_hz, highest_hz = max(lowest_hz, 3 * resolution), min(highest_hz, 0.4 * rate_hz)
-    reach = highest_hz * max((2 + _HARMONIC_SHOWS.size, *known_orders))
+    reach = highest_hz * max((2 + HARMONIC_SHOWS.size, *known_orders))
     channels = [find_peaks(spectrum, index, highest_hz=reach) for index in range(spectrum.amplitude.shape[0])]
     channels = [peaks for peaks in channels if peaks.frequency_hz.size]
     if highest_hz <= lowest_hz or not channels:
         return None
-    orders = np.concatenate([np.arange(1.0, _HARMONIC_SHOWS.size + 1), known_orders])
-    shows = np.concatenate([_HARMONIC_SHOWS, np.full(len(known_orders), 0.8)])
-    candidates = _candidates(channels, lowest_hz, highest_hz)
+    orders = np.concatenate([np.arange(1.0, HARMONIC_SHOWS.size + 1), known_orders])
+    shows = np.concatenate([HARMONIC_SHOWS, np.full(len(known_orders), 0.8)])
+    candidates = candidate_speeds(channels, lowest_hz, highest_hz)
     if not candidates.size:
         return None
     prior = _log_prior(candidates, hint_hz) + _bearing_gains(channels, candidates, bearing_orders)
@@ -216,7 +216,7 @@ def _trust_without_hint(channels: list[Peaks], speed_hz: float, orders: np.ndarr
 
     A single line may be anything; and the comb of a bearing is as regular as a shaft's, so a fast one may be either.
     """
-    gains = np.max([_order_gains(peaks, np.array([speed_hz]), orders, shows)[0] for peaks in channels], axis=0)
+    gains = np.max([order_gains(peaks, np.array([speed_hz]), orders, shows)[0] for peaks in channels], axis=0)
     further = max(int(np.count_nonzero(gains > 0.7)) - 1, 0)
     if speed_hz > _FASTEST_USUAL_HZ:
         return 0.5 * (1.0 - 0.6 * float(np.exp(-further)))
@@ -233,12 +233,12 @@ def _confidence(
     """
     near = np.abs(candidates_hz - best_hz) < width_hz
     top = scores[near].max()
-    rivals = _best_of_clusters(candidates_hz[~near], scores[~near], resolution_hz)
+    rivals = best_of_clusters(candidates_hz[~near], scores[~near], resolution_hz)
     against = float(np.exp(np.minimum(0.5 * (rivals - top), 50.0)).sum()) + float(np.exp(-0.5 * max(top, 0.0)))
     return 1.0 / (1.0 + against)
 
 
-def _candidates(channels: list[Peaks], lowest_hz: float, highest_hz: float) -> np.ndarray:
+def candidate_speeds(channels: list[Peaks], lowest_hz: float, highest_hz: float) -> np.ndarray:
     """Return the speeds worth scoring: every low line, divided by 1 to 4; shape (candidates,), sorted."""
     found: list[np.ndarray] = []
     for peaks in channels:
@@ -251,11 +251,11 @@ def _candidates(channels: list[Peaks], lowest_hz: float, highest_hz: float) -> n
 
 def _bearing_gains(channels: list[Peaks], speeds_hz: np.ndarray, bearing_orders: tuple[float, ...]) -> np.ndarray:
     """Return what each speed gains by explaining a comb at a ball-pass order, shape (speeds,), at least 0."""
-    harmonics = np.arange(1.0, _HARMONIC_SHOWS.size + 1)
+    harmonics = np.arange(1.0, HARMONIC_SHOWS.size + 1)
     gains = np.zeros(speeds_hz.size)
     for order in bearing_orders:
-        passes = _candidates(channels, 0.98 * order * speeds_hz.min(), 1.02 * order * speeds_hz.max())
-        scores = _comb_gains(channels, passes, orders=harmonics, shows=_HARMONIC_SHOWS)
+        passes = candidate_speeds(channels, 0.98 * order * speeds_hz.min(), 1.02 * order * speeds_hz.max())
+        scores = comb_gains(channels, passes, orders=harmonics, shows=HARMONIC_SHOWS)
         near = np.abs(passes[None, :] / (order * speeds_hz[:, None]) - 1.0) < _BEARING_SLIP
         best = np.where(near, scores[None, :], -np.inf).max(axis=1, initial=-np.inf)
         gains = np.maximum(gains, best - np.log(2.0 * len(bearing_orders)))
@@ -275,7 +275,7 @@ def _shared_with_bearing(orders: np.ndarray, bearing_orders: tuple[float, ...]) 
     return shared & (orders > 2)
 
 
-def _best_of_clusters(candidates: np.ndarray, posterior: np.ndarray, width_hz: float) -> np.ndarray:
+def best_of_clusters(candidates: np.ndarray, posterior: np.ndarray, width_hz: float) -> np.ndarray:
     """Return the best posterior of every group of candidates closer than a width."""
     if not candidates.size:
         return np.empty(0)
@@ -292,24 +292,41 @@ def comb_scores(channels: list[Peaks], speeds_hz: np.ndarray, *, orders: np.ndar
     channel counts, less the price of choosing it. Lines below a speed count against it: a shaft has few, while
     below the comb of a bearing there is the whole shaft.
     """
-    below = np.max([_lines_below(peaks, speeds_hz) for peaks in channels], axis=0)
-    return _comb_gains(channels, speeds_hz, orders=orders, shows=shows) - below
+    below = np.max([lines_below(peaks, speeds_hz) for peaks in channels], axis=0)
+    return comb_gains(channels, speeds_hz, orders=orders, shows=shows) - below
 
 
-def _comb_gains(channels: list[Peaks], speeds_hz: np.ndarray, *, orders: np.ndarray, shows: np.ndarray) -> np.ndarray:
-    gains = np.max([_order_gains(peaks, speeds_hz, orders, shows) for peaks in channels], axis=0)
+def comb_gains(channels: list[Peaks], speeds_hz: np.ndarray, *, orders: np.ndarray, shows: np.ndarray) -> np.ndarray:
+    """Return `comb_scores` without what lines below a speed say against it, shape (speeds,)."""
+    gains = np.max([order_gains(peaks, speeds_hz, orders, shows) for peaks in channels], axis=0)
     gains -= np.log(len(channels)) * (gains > 0)
     inside = orders[None, :] * speeds_hz[:, None] < channels[0].span_hz
     return np.where(inside, gains, 0.0).sum(axis=1)
 
 
-def _lines_below(peaks: Peaks, speeds_hz: np.ndarray) -> np.ndarray:
+def lines_below(peaks: Peaks, speeds_hz: np.ndarray) -> np.ndarray:
+    """Return how many strong lines lie below 0.7 of each speed, at most 8, shape (speeds,)."""
     strong = np.concatenate([[0], np.cumsum(peaks.power_ratio > 40)])
     return np.minimum(strong[np.searchsorted(peaks.frequency_hz, 0.7 * speeds_hz)], 8.0)
 
 
-def _order_gains(peaks: Peaks, speeds_hz: np.ndarray, orders: np.ndarray, shows: np.ndarray) -> np.ndarray:
-    wanted = orders[None, :] * speeds_hz[:, None]
+def order_gains(peaks: Peaks, speeds_hz: np.ndarray, orders: np.ndarray, shows: np.ndarray) -> np.ndarray:
+    """Return what each order of each speed gains by the line nearest to it, shape (speeds, orders)."""
+    return place_gains(peaks, orders[None, :] * speeds_hz[:, None], speeds_hz, shows)
+
+
+def place_gains(peaks: Peaks, wanted: np.ndarray, speeds_hz: np.ndarray, shows: np.ndarray) -> np.ndarray:
+    """Return what frequencies that belong to speeds gain by the lines nearest to them, shape (speeds, places).
+
+    Parameters
+    ----------
+    peaks : Peaks
+    wanted : numpy.ndarray, shape (speeds, places)
+    speeds_hz : numpy.ndarray, shape (speeds,)
+        Lines within half a speed of a place say how densely lines lie there by chance.
+    shows : numpy.ndarray, shape (places,)
+        Chance that each shows above the noise.
+    """
     right = np.minimum(np.searchsorted(peaks.frequency_hz, wanted), peaks.frequency_hz.size - 1)
     left = np.maximum(right - 1, 0)
     to_left, to_right = np.abs(peaks.frequency_hz[left] - wanted), np.abs(peaks.frequency_hz[right] - wanted)

@@ -16,6 +16,7 @@ from numpy import fft
 
 from ...simulators.errors import InvalidValueError
 from .spectrum import fast_length, hann
+from .speed_trust import trust
 
 _STEP = 0.01  # relative distance of neighbouring speeds
 #: Chance that harmonic 1, 2, ... shows above the noise of one frame.
@@ -113,7 +114,7 @@ def track_speed(
             f"Record of {block.shape[1] / rate_hz:.3g} s; allowed: {(length + 3 * hop) / rate_hz:.3g} s or more. Give "
             "a longer record or a higher lowest speed."
         )
-    samples = block.shape[1]
+    samples, full = block.shape[1], block
     # Nothing above the highest harmonic is looked at.
     block, factor = _decimated(block, rate_hz, 1.05 * _SHOWS.size * highest_hz)
     slow_hz = rate_hz / factor
@@ -129,7 +130,10 @@ def track_speed(
     for _ in range(_ROUNDS):
         phase = _refined(block, phase, slow_hz, hop, float(coarse.max()))
     speed = np.interp(middle * slow_hz, np.arange(phase.size), np.gradient(phase)) * slow_hz
-    return SpeedTrack(middle, speed, confidence, _at_every_sample(phase, factor, samples))
+    whole = _at_every_sample(phase, factor, samples)
+    where, chance = trust(full, rate_hz=rate_hz, phase_turns=whole, range_hz=(lowest_hz, highest_hz))
+    confidence = confidence * np.interp(middle * rate_hz, where, chance)
+    return SpeedTrack(middle, speed, confidence, whole)
 
 
 def _decimated(block: np.ndarray, rate_hz: float, highest_hz: float) -> tuple[np.ndarray, int]:

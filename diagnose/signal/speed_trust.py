@@ -1,0 +1,191 @@
+"""Whether the comb that was followed is the shaft's: a second look, at all lines of the record.
+
+A ridge says that something turns, not what. Once the angle along the ridge is known the record is resampled at equal
+angles of it, and its lines become sharp, whatever the speed did. There the rivals compete openly: half and twice the
+speed, a speed outside the range that was searched, and a slower shaft beside the comb of a bearing or of a gear, which
+explains the strong comb just as well and the lines below it besides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from .envelope import band_envelope
+from .order_tracking import angular_resample
+from .spectrum import Spectrum, noise_floor, spectrum_with_floor
+from .speed import (
+    HARMONIC_SHOWS,
+    Peaks,
+    best_of_clusters,
+    candidate_speeds,
+    comb_gains,
+    find_peaks,
+    lines_below,
+    place_gains,
+)
+
+_TURNS_A_PIECE = 500
+_PER_TURN = 40
+_ORDERS = np.arange(1.0, HARMONIC_SHOWS.size + 1)
+_SLOWEST_HZ, _FASTEST = 3.0, 8.0  # rivals; the fastest as order of the speed followed
+_NOT_ONE = 0.01
+_BELOW = 0.93  # what turns slower than this is another shaft
+#: In log likelihood. What a comb that is not the shaft's costs; a shaft outside the range that somebody gave; nothing
+#: at all that turns, where one line among fifteen harmonics scores -2.
+_FOREIGN, _OUTSIDE, _NOTHING = 4.0, 3.0, -5.0
+_SIDEBAND_SHOWS = 0.4
+_FRACTIONS = 6
+#: Odds of a slower shaft that does not show at all, at a usual speed; fast machines are rare.
+_HIDDEN, _USUAL_HZ = 0.05, 50.0
+#: Depth of bursts at the speed and at twice it from which they may be a defect's: a shaft that is unbalanced or runs
+#: out moves smoothly, and teeth modulate as a sine does.
+_BURSTS, _HARMONICS_OVER_FIRST = 0.25, (0.5, 0.3)
+_SHAFTS_BURST = 0.4
+_BURST_RATIO = 25.0  # power of a line of the envelope over its noise
+_WINDOWS_OF_ENVELOPE = 3
+
+
+def trust(
+    signals: np.ndarray, *, rate_hz: float, phase_turns: np.ndarray, range_hz: tuple[float, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the chance that the angle is the shaft's, piece by piece.
+
+    Parameters
+    ----------
+    signals : numpy.ndarray, shape (channels, samples)
+    rate_hz : float
+    phase_turns : numpy.ndarray, shape (samples,)
+        Rising angle along the ridge.
+    range_hz : (float, float)
+        Speeds that were looked for; rivals outside it count less, not nothing.
+
+    Returns
+    -------
+    middle : numpy.ndarray, shape (pieces,)
+        Sample in the middle of each piece of at most 500 turns.
+    chance : numpy.ndarray, shape (pieces,)
+    """
+    whole = phase_turns[-1] - phase_turns[0]
+    edges = np.linspace(phase_turns[0], phase_turns[-1], int(np.ceil(whole / _TURNS_A_PIECE)) + 1)
+    cuts = np.searchsorted(phase_turns, edges[1:-1])
+    bounds = np.concatenate([[0], cuts, [phase_turns.size]])
+    chances = [
+        _of_piece(signals[:, first:last], rate_hz, phase_turns[first:last], range_hz)
+        for first, last in zip(bounds[:-1], bounds[1:], strict=True)
+    ]
+    return 0.5 * (bounds[:-1] + bounds[1:]), np.array(chances)
+
+
+def _of_piece(signals: np.ndarray, rate_hz: float, phase: np.ndarray, range_hz: tuple[float, float]) -> float:
+    mean_hz = float(phase[-1] - phase[0]) * rate_hz / (phase.size - 1)
+    if int(np.floor(phase[-1]) - np.ceil(phase[0])) < 4:
+        return 0.5  # too short to tell anything apart
+    even = angular_resample(signals, phase_turns=phase, samples_per_turn=_PER_TURN)
+    spectrum = spectrum_with_floor(even, rate_hz=_PER_TURN, floor_width_hz=1.0)
+    # Beyond half the sampling rate a harmonic is not missing but unknown.
+    span = min(0.45 * rate_hz / float(np.diff(phase).max() * rate_hz), 0.5 * _PER_TURN)
+    # What drifts slower than any shaft is no rival.
+    slowest = max(min(_SLOWEST_HZ, 0.75 * range_hz[0]) / mean_hz, 3 * spectrum.resolution_hz)
+    lines = [_lines(spectrum, index, (slowest, float(_ORDERS[-1] + 2)), span) for index in range(signals.shape[0])]
+    bursts = _envelopes(signals, rate_hz, phase)
+    beats = [_lines(one, 0, (slowest, 4.5), span) for one in bursts]
+    lowest, highest = range_hz[0] / mean_hz, range_hz[1] / mean_hz
+    share = _share(lines, beats, slowest, lowest, highest)
+    hidden = _HIDDEN * (1 + (mean_hz / _USUAL_HZ) ** 2) * (1.0 if lowest < 0.5 else np.exp(-0.5 * _OUTSIDE))
+    share = share / (1 + hidden * share)
+    return share * (_SHAFTS_BURST if any(_is_impulsive(one) for one in bursts) else 1.0)
+
+
+def _lines(spectrum: Spectrum, channel: int, limits: tuple[float, float], span: float) -> Peaks:
+    """Return the lines of a channel between two orders."""
+    found = find_peaks(spectrum, channel, highest_hz=limits[1])
+    kept = found.frequency_hz > limits[0]
+    return Peaks(found.frequency_hz[kept], found.deviation_hz[kept], found.power_ratio[kept], span)
+
+
+def _share(lines: list[Peaks], beats: list[Peaks], slowest: float, lowest: float, highest: float) -> float:
+    """Return the share of the evidence that order 1 has, against its rivals and against nothing."""
+    lines = [one for one in lines if one.frequency_hz.size]
+    if not lines:
+        return 0.0
+    speeds = np.unique(np.append(candidate_speeds(lines, slowest, _FASTEST), 1.0))
+    is_own = np.abs(speeds - 1) < _NOT_ONE
+    gains = comb_gains(lines, speeds, orders=_ORDERS, shows=HARMONIC_SHOWS)
+    below = np.max([lines_below(one, speeds) for one in lines], axis=0)
+    own = float((gains - below)[is_own].max())
+    outside = (speeds < 0.98 * lowest) | (speeds > 1.02 * highest)
+    scores = (gains - below - _OUTSIDE * outside)[~is_own]
+    against = _weight(speeds[~is_own], scores - own) + float(np.exp(0.5 * min(_NOTHING - own, 50.0)))
+    beats = [one for one in beats if one.frequency_hz.size]
+    against += max(_slower_shafts(peaks, slowest, lowest) for peaks in (lines, beats) if peaks)
+    return 1.0 / (1.0 + against)
+
+
+def _weight(speeds: np.ndarray, scores: np.ndarray) -> float:
+    """Return the sum over groups of rivals; scores are halved, as lines are not independent evidence."""
+    best = best_of_clusters(speeds, scores, _NOT_ONE)
+    return float(np.exp(0.5 * np.minimum(best, 50.0)).sum())
+
+
+def _slower_shafts(lines: list[Peaks], slowest: float, lowest: float) -> float:
+    """Return the odds of shafts below the speed, to which its whole comb is foreign.
+
+    The comb is explained either way; what decides are the lines that only the slower shaft explains.
+    """
+    beside = np.concatenate([np.abs(one.frequency_hz - 1) for one in lines])
+    beside = beside[(beside > slowest) & (beside < 0.45)]
+    speeds = np.unique(np.append(candidate_speeds(lines, slowest, _BELOW), beside))
+    # Of a half, a third, ... of the speed the comb is no foreign one: those have competed already.
+    whole = np.rint(1 / speeds)
+    speeds = speeds[(np.abs(1 / speeds - whole) > 0.03) | (whole > _FRACTIONS)]
+    if not speeds.size:
+        return 0.0
+    harmonics = speeds[:, None] * _ORDERS[None, :4]
+    sidebands = np.stack([1 - speeds, 1 + speeds], axis=1)
+    wanted = np.concatenate([harmonics, sidebands], axis=1)
+    shows = np.append(HARMONIC_SHOWS[:4], [_SIDEBAND_SHOWS] * 2)
+    gains = np.max([place_gains(one, wanted, speeds, shows) for one in lines], axis=0)
+    is_apart = np.concatenate([harmonics < _BELOW, np.repeat(speeds[:, None] < 0.45, 2, axis=1)], axis=1)
+    gains = np.where(is_apart, gains, 0.0)
+    # The speed was placed on one of these lines: that one says nothing.
+    evidence = gains.sum(axis=1) - gains.max(axis=1) - _FOREIGN
+    outside = speeds < 0.98 * lowest
+    best = float((evidence - _OUTSIDE * outside).max())
+    # One shaft of unknown speed is the rival, not one at every line: the best stands for all.
+    return float(np.exp(0.5 * min(best, 50.0)))
+
+
+def _envelopes(signals: np.ndarray, rate_hz: float, phase: np.ndarray) -> list[Spectrum]:
+    """Return the spectra over order of the squared envelopes in three bands above the harmonics, by channel."""
+    highest = 0.49 * rate_hz
+    fastest = float(np.diff(phase).max()) * rate_hz
+    lowest = 8 * fastest
+    if highest - lowest < 12 * fastest:
+        return []
+    edges = np.exp(np.linspace(np.log(lowest), np.log(highest), _WINDOWS_OF_ENVELOPE + 1))
+    found = []
+    for row in signals:
+        for low, high in zip(edges[:-1], edges[1:], strict=True):
+            if high - low < 10 * fastest:
+                continue
+            envelope, slow_hz = band_envelope(row, rate_hz=rate_hz, low_hz=low, high_hz=high)
+            angle = np.interp(np.arange(envelope.size) * (rate_hz / slow_hz), np.arange(phase.size), phase)
+            angle += np.arange(angle.size) * 1e-12  # past the end of the record it would stand still
+            power = angular_resample(envelope**2, phase_turns=angle, samples_per_turn=16)
+            spectrum = spectrum_with_floor(power, rate_hz=16.0, floor_width_hz=1.0)
+            found.append(replace(spectrum, amplitude=spectrum.amplitude / power.mean(), floor=spectrum.floor / power.mean()))
+    return found
+
+
+def _is_impulsive(envelope: Spectrum) -> bool:
+    """Return whether bursts come once a turn, shorter than a sine, and nothing slower: as of a race that is passed."""
+    depths = []
+    for order in (1.0, 2.0, 3.0):
+        near = np.abs(envelope.frequency_hz - order) < max(0.01 * order, 1.5 * envelope.resolution_hz)
+        held = near & (envelope.power_ratio[0] > _BURST_RATIO)
+        depths.append(float(envelope.amplitude[0, held].max(initial=0.0)))
+    return depths[0] > _BURSTS and all(
+        depth > share * depths[0] for depth, share in zip(depths[1:], _HARMONICS_OVER_FIRST, strict=True)
+    )
