@@ -48,7 +48,7 @@ class SpeedTrack:
     ----------
     time_s, speed_hz : numpy.ndarray, shape (frames,)
     confidence : numpy.ndarray, shape (frames,)
-        Probability that the speed is within 3 % of the one given, 0 to 1.
+        Probability that the shaft's speed is within 3 % of the one given, 0 to 1.
     phase_turns : numpy.ndarray, shape (samples,)
         Shaft angle from an arbitrary zero: good for orders and their sizes, not for phases to a mark.
     """
@@ -88,7 +88,8 @@ def track_speed(
     Notes
     -----
     What is tracked is the strongest comb: a damaged bearing's may be stronger than the shaft's, and half or twice the
-    speed cannot always be told apart. Look at ``confidence``, and give a range.
+    speed cannot always be told apart. ``confidence`` says so: it is the less of what the ridge gives within the range
+    and of what all lines of the record say of the comb once the angle is known (`speed_trust`).
 
     Examples
     --------
@@ -132,7 +133,8 @@ def track_speed(
     speed = np.interp(middle * slow_hz, np.arange(phase.size), np.gradient(phase)) * slow_hz
     whole = _at_every_sample(phase, factor, samples)
     where, chance = trust(full, rate_hz=rate_hz, phase_turns=whole, range_hz=(lowest_hz, highest_hz))
-    confidence = confidence * np.interp(middle * rate_hz, where, chance)
+    # Both weigh half and twice the speed: the more doubtful counts, not both.
+    confidence = np.minimum(confidence, np.interp(middle * rate_hz, where, chance))
     return SpeedTrack(middle, speed, confidence, whole)
 
 

@@ -8,13 +8,13 @@ explains the strong comb just as well and the lines below it besides.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
 from .envelope import band_envelope
 from .order_tracking import angular_resample
-from .spectrum import Spectrum, noise_floor, spectrum_with_floor
+from .spectrum import Spectrum, spectrum_with_floor
 from .speed import (
     HARMONIC_SHOWS,
     Peaks,
@@ -26,23 +26,28 @@ from .speed import (
     place_gains,
 )
 
-_TURNS_A_PIECE = 500
-_PER_TURN = 40
+_TURNS_A_PIECE, _FEW_TURNS, _PIECES = 150, 20, 4
+_LEAST_TURNS = 4  # in fewer nothing can be told apart
+_PER_TURN = 40  # samples: sixteen orders stay
 _ORDERS = np.arange(1.0, HARMONIC_SHOWS.size + 1)
 _SLOWEST_HZ, _FASTEST = 3.0, 8.0  # rivals; the fastest as order of the speed followed
-_NOT_ONE = 0.01
+_APART = 0.01  # of groups of rivals
+_NOT_ONE = 0.03  # nearer, the speed is right
+_SKIRT_WIDTH, _SKIRT, _WEAK = 0.15, 0.05, 0.005  # in orders, and of the power of the line at order 1
 _BELOW = 0.93  # what turns slower than this is another shaft
 #: In log likelihood. What a comb that is not the shaft's costs; a shaft outside the range that somebody gave; nothing
 #: at all that turns, where one line among fifteen harmonics scores -2.
 _FOREIGN, _OUTSIDE, _NOTHING = 4.0, 3.0, -5.0
 _SIDEBAND_SHOWS = 0.4
 _FRACTIONS = 6
+_BLUR = 6.0  # over the place of the sharpest line, a 25th of a bin
 #: Odds of a slower shaft that does not show at all, at a usual speed; fast machines are rare.
-_HIDDEN, _USUAL_HZ = 0.05, 50.0
-#: Depth of bursts at the speed and at twice it from which they may be a defect's: a shaft that is unbalanced or runs
-#: out moves smoothly, and teeth modulate as a sine does.
+_HIDDEN, _USUAL_HZ = 0.03, 40.0
+#: Bursts of the envelope once a turn, by depth, and short ones, by harmonics over the first: a race's. An unbalanced
+#: shaft moves smoothly and teeth modulate as a sine does; a loose or a rubbing shaft strikes too, hence the chance.
 _BURSTS, _HARMONICS_OVER_FIRST = 0.25, (0.5, 0.3)
-_SHAFTS_BURST = 0.4
+_SHAFT_STRIKES = 0.4
+_BEATEN = 3.0  # so much likelier is a hidden shaft where the envelope beats at the speed followed
 _BURST_RATIO = 25.0  # power of a line of the envelope over its noise
 _WINDOWS_OF_ENVELOPE = 3
 
@@ -64,24 +69,27 @@ def trust(
     Returns
     -------
     middle : numpy.ndarray, shape (pieces,)
-        Sample in the middle of each piece of at most 500 turns.
+        Sample in the middle of each piece of at most 150 turns.
     chance : numpy.ndarray, shape (pieces,)
     """
-    whole = phase_turns[-1] - phase_turns[0]
-    edges = np.linspace(phase_turns[0], phase_turns[-1], int(np.ceil(whole / _TURNS_A_PIECE)) + 1)
+    turns = phase_turns[-1] - phase_turns[0]
+    # Several, as a ridge may change over from one comb to another; together the two might pass for a third.
+    pieces = max(int(np.ceil(turns / _TURNS_A_PIECE)), min(_PIECES, int(turns / _FEW_TURNS)), 1)
+    edges = np.linspace(phase_turns[0], phase_turns[-1], pieces + 1)
     cuts = np.searchsorted(phase_turns, edges[1:-1])
     bounds = np.concatenate([[0], cuts, [phase_turns.size]])
     chances = [
         _of_piece(signals[:, first:last], rate_hz, phase_turns[first:last], range_hz)
-        for first, last in zip(bounds[:-1], bounds[1:], strict=True)
+        for first, last in pairwise(bounds)
     ]
     return 0.5 * (bounds[:-1] + bounds[1:]), np.array(chances)
 
 
 def _of_piece(signals: np.ndarray, rate_hz: float, phase: np.ndarray, range_hz: tuple[float, float]) -> float:
+    """Return the chance that the angle of a piece of the record is the shaft's."""
+    if np.any(np.diff(phase) <= 0) or int(np.floor(phase[-1]) - np.ceil(phase[0])) < _LEAST_TURNS:
+        return 0.0
     mean_hz = float(phase[-1] - phase[0]) * rate_hz / (phase.size - 1)
-    if int(np.floor(phase[-1]) - np.ceil(phase[0])) < 4:
-        return 0.5  # too short to tell anything apart
     even = angular_resample(signals, phase_turns=phase, samples_per_turn=_PER_TURN)
     spectrum = spectrum_with_floor(even, rate_hz=_PER_TURN, floor_width_hz=1.0)
     # Beyond half the sampling rate a harmonic is not missing but unknown.
@@ -91,11 +99,14 @@ def _of_piece(signals: np.ndarray, rate_hz: float, phase: np.ndarray, range_hz: 
     lines = [_lines(spectrum, index, (slowest, float(_ORDERS[-1] + 2)), span) for index in range(signals.shape[0])]
     bursts = _envelopes(signals, rate_hz, phase)
     beats = [_lines(one, 0, (slowest, 4.5), span) for one in bursts]
+    depths = np.array([_depths(one) for one in bursts]).reshape(-1, 3)
     lowest, highest = range_hz[0] / mean_hz, range_hz[1] / mean_hz
     share = _share(lines, beats, slowest, lowest, highest)
     hidden = _HIDDEN * (1 + (mean_hz / _USUAL_HZ) ** 2) * (1.0 if lowest < 0.5 else np.exp(-0.5 * _OUTSIDE))
-    share = share / (1 + hidden * share)
-    return share * (_SHAFTS_BURST if any(_is_impulsive(one) for one in bursts) else 1.0)
+    is_beaten = depths[:, 0] > _BURSTS
+    is_short = is_beaten & (depths[:, 1:] > np.multiply(_HARMONICS_OVER_FIRST, depths[:, :1])).all(axis=1)
+    share = share / (1 + (_BEATEN if is_beaten.any() else 1.0) * hidden * share)
+    return share * (_SHAFT_STRIKES if is_short.any() else 1.0)
 
 
 def _lines(spectrum: Spectrum, channel: int, limits: tuple[float, float], span: float) -> Peaks:
@@ -105,12 +116,27 @@ def _lines(spectrum: Spectrum, channel: int, limits: tuple[float, float], span: 
     return Peaks(found.frequency_hz[kept], found.deviation_hz[kept], found.power_ratio[kept], span)
 
 
+def _without_weak(peaks: Peaks) -> Peaks:
+    """Return the lines without those that are weak beside the one at order 1: no shaft would be named after them.
+
+    Close to it the limit is higher: a speed and a size that swing leave lines there.
+    """
+    near = np.abs(peaks.frequency_hz - 1)
+    strongest = peaks.power_ratio[near < _NOT_ONE].max(initial=0.0)
+    limit = np.where(near < _SKIRT_WIDTH, _SKIRT, _WEAK) * strongest
+    kept = (near < _NOT_ONE) | (peaks.power_ratio > limit)
+    return Peaks(peaks.frequency_hz[kept], peaks.deviation_hz[kept], peaks.power_ratio[kept], peaks.span_hz)
+
+
 def _share(lines: list[Peaks], beats: list[Peaks], slowest: float, lowest: float, highest: float) -> float:
-    """Return the share of the evidence that order 1 has, against its rivals and against nothing."""
+    """Return the share of the evidence that order 1 has, against its rivals and against nothing.
+
+    ``lines`` are those of the signals, ``beats`` those of their envelopes; limits are orders of the speed followed.
+    """
     lines = [one for one in lines if one.frequency_hz.size]
     if not lines:
         return 0.0
-    speeds = np.unique(np.append(candidate_speeds(lines, slowest, _FASTEST), 1.0))
+    speeds = np.unique(np.append(candidate_speeds([_without_weak(one) for one in lines], slowest, _FASTEST), 1.0))
     is_own = np.abs(speeds - 1) < _NOT_ONE
     gains = comb_gains(lines, speeds, orders=_ORDERS, shows=HARMONIC_SHOWS)
     below = np.max([lines_below(one, speeds) for one in lines], axis=0)
@@ -125,7 +151,7 @@ def _share(lines: list[Peaks], beats: list[Peaks], slowest: float, lowest: float
 
 def _weight(speeds: np.ndarray, scores: np.ndarray) -> float:
     """Return the sum over groups of rivals; scores are halved, as lines are not independent evidence."""
-    best = best_of_clusters(speeds, scores, _NOT_ONE)
+    best = best_of_clusters(speeds, scores, _APART)
     return float(np.exp(0.5 * np.minimum(best, 50.0)).sum())
 
 
@@ -146,7 +172,7 @@ def _slower_shafts(lines: list[Peaks], slowest: float, lowest: float) -> float:
     sidebands = np.stack([1 - speeds, 1 + speeds], axis=1)
     wanted = np.concatenate([harmonics, sidebands], axis=1)
     shows = np.append(HARMONIC_SHOWS[:4], [_SIDEBAND_SHOWS] * 2)
-    gains = np.max([place_gains(one, wanted, speeds, shows) for one in lines], axis=0)
+    gains = np.max([place_gains(_blurred(one), wanted, speeds, shows) for one in lines], axis=0)
     is_apart = np.concatenate([harmonics < _BELOW, np.repeat(speeds[:, None] < 0.45, 2, axis=1)], axis=1)
     gains = np.where(is_apart, gains, 0.0)
     # The speed was placed on one of these lines: that one says nothing.
@@ -155,6 +181,12 @@ def _slower_shafts(lines: list[Peaks], slowest: float, lowest: float) -> float:
     best = float((evidence - _OUTSIDE * outside).max())
     # One shaft of unknown speed is the rival, not one at every line: the best stands for all.
     return float(np.exp(0.5 * min(best, 50.0)))
+
+
+def _blurred(peaks: Peaks) -> Peaks:
+    """Return the lines with places less sure: along the angle of a bearing that slips a shaft's line is not sharp."""
+    deviation = np.hypot(peaks.deviation_hz, _BLUR * float(peaks.deviation_hz.min(initial=np.inf)))
+    return Peaks(peaks.frequency_hz, deviation, peaks.power_ratio, peaks.span_hz)
 
 
 def _envelopes(signals: np.ndarray, rate_hz: float, phase: np.ndarray) -> list[Spectrum]:
@@ -167,25 +199,23 @@ def _envelopes(signals: np.ndarray, rate_hz: float, phase: np.ndarray) -> list[S
     edges = np.exp(np.linspace(np.log(lowest), np.log(highest), _WINDOWS_OF_ENVELOPE + 1))
     found = []
     for row in signals:
-        for low, high in zip(edges[:-1], edges[1:], strict=True):
+        for low, high in pairwise(edges):
             if high - low < 10 * fastest:
                 continue
             envelope, slow_hz = band_envelope(row, rate_hz=rate_hz, low_hz=low, high_hz=high)
             angle = np.interp(np.arange(envelope.size) * (rate_hz / slow_hz), np.arange(phase.size), phase)
             angle += np.arange(angle.size) * 1e-12  # past the end of the record it would stand still
             power = angular_resample(envelope**2, phase_turns=angle, samples_per_turn=16)
-            spectrum = spectrum_with_floor(power, rate_hz=16.0, floor_width_hz=1.0)
-            found.append(replace(spectrum, amplitude=spectrum.amplitude / power.mean(), floor=spectrum.floor / power.mean()))
+            scale = max(float(power.mean()), np.finfo(float).tiny)
+            found.append(spectrum_with_floor(power / scale, rate_hz=16.0, floor_width_hz=1.0))
     return found
 
 
-def _is_impulsive(envelope: Spectrum) -> bool:
-    """Return whether bursts come once a turn, shorter than a sine, and nothing slower: as of a race that is passed."""
+def _depths(envelope: Spectrum) -> list[float]:
+    """Return how deep the envelope beats once, twice and three times a turn, 0 where that is not above its noise."""
     depths = []
     for order in (1.0, 2.0, 3.0):
         near = np.abs(envelope.frequency_hz - order) < max(0.01 * order, 1.5 * envelope.resolution_hz)
         held = near & (envelope.power_ratio[0] > _BURST_RATIO)
         depths.append(float(envelope.amplitude[0, held].max(initial=0.0)))
-    return depths[0] > _BURSTS and all(
-        depth > share * depths[0] for depth, share in zip(depths[1:], _HARMONICS_OVER_FIRST, strict=True)
-    )
+    return depths

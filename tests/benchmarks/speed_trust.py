@@ -1,7 +1,7 @@
 """How often the speed tracked in the vibration is wrong, and how sure it then says to be.
 
-Run: python tests/benchmarks/speed_trust.py tune|judge [NUMBER]. The two draw from different seeds, order ratios and
-tooth numbers; rules were made while looking at "tune" only.
+Run: python tests/benchmarks/speed_trust.py tune|judge [NUMBER], or measured. The first two draw from different seeds,
+order ratios and numbers of teeth; limits were chosen on "tune".
 """
 
 from __future__ import annotations
@@ -9,11 +9,15 @@ from __future__ import annotations
 import sys
 import time
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
+from rotorwise.datasets.reading import read
 from rotorwise.diagnose.signal.speed_track import track_speed
 from scipy.signal import lfilter
 
+HERE = Path(__file__).resolve()
+DATA, SIDECARS = HERE.parents[3] / "shared" / "data", HERE.parents[1] / "measured"
 RATE_HZ, DURATION_S = 10_000.0, 10.0
 SETS = {
     "tune": {"seed": 0, "ratios": (3.585, 5.415, 2.357, 4.71), "teeth": (19, 23)},
@@ -38,12 +42,15 @@ def speed_profile(rng: np.random.Generator) -> np.ndarray:
     part = time_s / DURATION_S
     base = np.exp(rng.uniform(np.log(8.0), np.log(45.0)))
     growth = rng.uniform(1.3, 3.0)
-    return base * (
-        np.ones(part.size),
-        growth**-0.5 + (growth**0.5 - growth**-0.5) * part,
-        growth**0.5 - (growth**0.5 - growth**-0.5) * part,
-        1 + rng.uniform(0.02, 0.1) * np.sin(2 * np.pi * rng.uniform(0.1, 0.4) * time_s),
-    )[rng.integers(4)]
+    return (
+        base
+        * (
+            np.ones(part.size),
+            growth**-0.5 + (growth**0.5 - growth**-0.5) * part,
+            growth**0.5 - (growth**0.5 - growth**-0.5) * part,
+            1 + rng.uniform(0.02, 0.1) * np.sin(2 * np.pi * rng.uniform(0.1, 0.4) * time_s),
+        )[rng.integers(4)]
+    )
 
 
 def rung(signal: np.ndarray, frequency_hz: float, damping: float) -> np.ndarray:
@@ -116,8 +123,39 @@ def judged(case: Case) -> tuple[float, float]:
     return float((np.abs(found.speed_hz / truth - 1) < 0.03).mean()), float(np.median(found.confidence))
 
 
+def measured_records() -> list[tuple[Path, str, float]]:
+    """Return recordings of constant speed: path, sidecar, speed in Hz by their cards."""
+    cards = {"05*/data/*": ("cwru", 1797 / 60), "06*/data/*": ("mfpt", 24.75), "03*/data/*.mat": ("gear0", 33.33)}
+    found = [(path, *card) for place, card in cards.items() for path in sorted(DATA.glob(place))]
+    adi = sorted(DATA.glob("01*/data/*.csv"))
+    return found + [(path, "adi_limerick", int(path.name.split("_")[0]) / 60) for path in adi]
+
+
+def measured() -> None:
+    """Print a row for every measured record, and the sums over the ranges; right is within 4 % of the card."""
+    sums = np.zeros((2, 3), dtype=int)
+    for path, sidecar, speed_hz in measured_records():
+        recording = read(path, sidecar=SIDECARS / f"{sidecar}.toml")
+        rows = [index for index, channel in enumerate(recording.channels) if channel.is_vibration]
+        signals = recording.signals[rows][:, : int(12 * recording.rate_hz)]
+        signals = signals[:, np.isfinite(signals).all(axis=0)]
+        words = []
+        for low, high in ((0.5, 1.4), (4 / speed_hz, 500 / speed_hz), (1.25, 5.0), (0.25, 0.8)):
+            limits = {"lowest_hz": low * speed_hz, "highest_hz": high * speed_hz}
+            found = track_speed(signals, rate_hz=recording.rate_hz, **limits)
+            sure = float(np.median(found.confidence))
+            is_wrong = int((np.abs(found.speed_hz / speed_hz - 1) < 0.04).mean() <= 0.5)
+            sums[is_wrong] += 1, sure >= 0.5, sure >= 0.8
+            words.append(f"{np.median(found.speed_hz) / speed_hz:.2f}: {sure:.2f}")
+        print(f"{path.name:40} {', '.join(words)}")
+    print("right, of these 50, 80 % sure:", sums[0].tolist(), "wrong:", sums[1].tolist())
+
+
 def main() -> None:
     """Print a row for every machine and range."""
+    if sys.argv[1] == "measured":
+        measured()
+        return
     chosen = SETS[sys.argv[1]]
     number = int(sys.argv[2]) if len(sys.argv) > 2 else 30
     begun = time.process_time()
@@ -130,7 +168,11 @@ def main() -> None:
             found = [judged(draw(machine, span, seed, chosen["ratios"], chosen["teeth"])) for seed in cases]
             right = np.array([share > 0.5 for share, _ in found]) & (machine != "noise")
             sure = np.array([confidence for _, confidence in found])
-            row = [count for kind in (right, ~right) for count in (kind.sum(), *((kind & (sure >= p)).sum() for p in (0.5, 0.8)))]
+            row = [
+                count
+                for kind in (right, ~right)
+                for count in (kind.sum(), *((kind & (sure >= p)).sum() for p in (0.5, 0.8)))
+            ]
             sums += row
             print(f"| {machine} | {span} | {row[0]} | {row[1]}, {row[2]} | {row[3]} | {row[4]}, {row[5]} |")
     print(f"| all | | {sums[0]} | {sums[1]}, {sums[2]} | {sums[3]} | {sums[4]}, {sums[5]} |")
