@@ -13,7 +13,7 @@ from .look import Looked, Shaft, shaft_of, without_speed
 if TYPE_CHECKING:
     from .signal.orbit import Ellipse
     from .signal.order_map import OrderMap
-    from .signal.vold_kalman import OrderWaveforms
+    from .signal.vold_kalman import OrderKnots
 
 _POINTS = 400
 _FRAME_TURNS = 16
@@ -54,7 +54,7 @@ class Orders:
     time_s: np.ndarray
     speed_hz: np.ndarray
     followed: tuple[FollowedOrder, ...]
-    waveforms: OrderWaveforms
+    waveforms: OrderKnots
     orbits: tuple[tuple[float, Ellipse, complex, complex], ...]
     orbit_channels: tuple[int, int] | None
 
@@ -75,7 +75,7 @@ def measure(
         Without a speed, when the record is too short for one frame, or for orders or a bandwidth that it cannot hold.
     """
     from .signal.order_map import order_map
-    from .signal.vold_kalman import order_waveforms
+    from .signal.vold_kalman import order_knots
 
     shaft = shaft_of(looked, range_hz=range_hz)
     if shaft is None:
@@ -93,7 +93,7 @@ def measure(
         turns_a_frame=frame,
         turns_a_step=max(frame // 4, 1),
     )
-    waveforms = order_waveforms(
+    waveforms = order_knots(
         recording.signals,
         rate_hz=recording.rate_hz,
         phase_turns=phase,
@@ -104,20 +104,21 @@ def measure(
     edge = min(int(recording.rate_hz / shaft.lowest_hz * 4), recording.samples // 8)
     first, last = _with_pulses(shaft, recording.rate_hz, edge, recording.samples - 1 - edge)
     at = np.linspace(first, last, min(_POINTS, recording.samples)).astype(int)
+    envelopes = waveforms.envelope_at(at)
     speed = np.interp(at / recording.rate_hz, shaft.time_s, shaft.speed_hz)
     # Beyond half the sampling rate an order is not zero but unknown.
     followed = tuple(
         FollowedOrder(
             channel,
             order,
-            np.where(order * speed < 0.5 * recording.rate_hz, np.abs(one[at]), np.nan),
-            np.degrees(np.angle(one[at])),
+            np.where(order * speed < 0.5 * recording.rate_hz, np.abs(one), np.nan),
+            np.degrees(np.angle(one)),
             _noise_at(found, channel, order, 0.5 * recording.rate_hz),
         )
-        for channel, rows in enumerate(waveforms.envelope)
+        for channel, rows in enumerate(envelopes)
         for order, one in zip(wanted, rows, strict=True)
     )
-    pair, orbits = _orbits(looked, waveforms, at)
+    pair, orbits = _orbits(looked, wanted, envelopes)
     return Orders(shaft, found, at / recording.rate_hz, speed, followed, waveforms, orbits, pair)
 
 
@@ -161,7 +162,7 @@ def _noise_at(found: OrderMap, channel: int, order: float, highest_hz: float) ->
 
 
 def _orbits(
-    looked: Looked, waveforms: OrderWaveforms, at: np.ndarray
+    looked: Looked, wanted: tuple[float, ...], envelopes: np.ndarray
 ) -> tuple[tuple[int, int] | None, tuple[tuple[float, Ellipse, complex, complex], ...]]:
     """Return the first two displacement channels, and each order's ellipse where it is largest."""
     from .signal.orbit import ellipse
@@ -170,8 +171,8 @@ def _orbits(
     if len(pair) < 2:
         return None, ()
     found = []
-    for number, order in enumerate(waveforms.orders):
-        x, y = (waveforms.envelope[channel, number, at] for channel in pair)
+    for number, order in enumerate(wanted):
+        x, y = (envelopes[channel, number] for channel in pair)
         largest = int(np.argmax(np.abs(x) ** 2 + np.abs(y) ** 2))
         one, other = complex(x[largest]), complex(y[largest])
         found.append((float(order), ellipse(one, other), one, other))

@@ -183,12 +183,13 @@ def _waves(page: SignalPage, looked: Looked, found: Orders) -> None:
     middle = recording.samples // 2
     part = slice(middle - half, middle + half)
     time = np.arange(part.start, part.stop) / recording.rate_hz
+    _, moved = waves.part(part.start, part.stop)
     variants = []
     for index, channel in enumerate(recording.channels):
         factor, _ = display_unit(channel.unit)
         traces = [("signal", time, factor * recording.signals[index, part])]
         traces += [
-            (order_name(float(order)), time, factor * waves.waveform[index, number, part])
+            (order_name(float(order)), time, factor * moved[index, number])
             for number, order in enumerate(waves.orders)
         ]
         reach = float(np.abs(traces[0][2]).max()) * 1.05 or 1.0

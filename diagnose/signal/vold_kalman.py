@@ -43,6 +43,49 @@ class OrderWaveforms:
     residual: np.ndarray
 
 
+@dataclass(frozen=True, eq=False)
+class OrderKnots:
+    """Orders of a record at knots, from which any part of them is made: an hour of it would fill the memory.
+
+    Attributes
+    ----------
+    orders : numpy.ndarray, shape (orders,)
+    values : numpy.ndarray, complex, shape (channels, knots, orders)
+        Envelopes; between knots they are linear.
+    distance : int
+        Samples between knots.
+    phases : numpy.ndarray, shape (1 or orders, samples)
+    """
+
+    orders: np.ndarray
+    values: np.ndarray
+    distance: int
+    phases: np.ndarray
+
+    def envelope_at(self, samples: np.ndarray) -> np.ndarray:
+        """Return the complex envelopes at samples, shape (channels, orders, samples)."""
+        knot = np.asarray(samples) // self.distance
+        later = ((samples - knot * self.distance) / self.distance)[None, :, None]
+        between = (1 - later) * self.values[:, knot] + later * self.values[:, knot + 1]
+        return between.transpose(0, 2, 1)
+
+    def part(self, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return envelopes and waveforms of samples ``first`` to ``last`` - 1, shape (channels, orders, samples)."""
+        from .vold_kalman_kernel import envelopes_and_waves
+
+        # The carrier looks one sample to each side; blocks begin at a knot.
+        start = first // self.distance * self.distance
+        stop = min(last + 1, self.phases.shape[1])
+        before = int(start > 0)
+        shape = (self.values.shape[0], self.orders.size, stop - start)
+        envelope, wave = np.empty(shape, dtype=complex), np.empty(shape)
+        phases = np.ascontiguousarray(self.phases[:, start - before : stop])
+        values = np.ascontiguousarray(self.values[:, start // self.distance : (stop - 1) // self.distance + 2])
+        envelopes_and_waves(values, phases, self.orders, self.distance, before, envelope, wave)
+        kept = slice(first - start, last - start)
+        return envelope[:, :, kept], wave[:, :, kept]
+
+
 def order_waveforms(
     signals: np.ndarray,
     *,
@@ -93,21 +136,38 @@ def order_waveforms(
     [2.0, 1.0]
     """
     block = np.ascontiguousarray(np.atleast_2d(np.asarray(signals, dtype=float)))
+    found = order_knots(
+        block, rate_hz=rate_hz, phase_turns=phase_turns, orders=orders, bandwidth_hz=bandwidth_hz, poles=poles
+    )
+    envelope, wave = found.part(0, block.shape[1])
+    return OrderWaveforms(found.orders, envelope, wave, block - wave.sum(axis=1))
+
+
+def order_knots(
+    signals: np.ndarray,
+    *,
+    rate_hz: float,
+    phase_turns: np.ndarray,
+    orders: Sequence[float] | np.ndarray,
+    bandwidth_hz: float,
+    poles: int = 2,
+) -> OrderKnots:
+    """Return what `order_waveforms` finds at its knots only: the same equations, a small part of the memory."""
+    block = np.ascontiguousarray(np.atleast_2d(np.asarray(signals, dtype=float)))
     lines = np.asarray(orders, dtype=float)
     phases = np.ascontiguousarray(np.atleast_2d(np.asarray(phase_turns, dtype=float)))
     _check(block, phases, lines, rate_hz, bandwidth_hz, poles)
-    from .vold_kalman_kernel import envelopes_and_waves, normal_equations
+    from .vold_kalman_kernel import normal_equations
 
     distance = max(int(rate_hz / (_KNOTS_A_BANDWIDTH * bandwidth_hz)), 1)
     knots = (block.shape[1] - 1) // distance + 2
     gram = np.zeros((2, knots, lines.size, lines.size), dtype=complex)
     right = np.zeros((block.shape[0], knots, lines.size), dtype=complex)
     normal_equations(block, phases, lines, distance, gram, right)
-    values = _solve(gram / distance, right / distance, bandwidth_hz * distance / rate_hz, poles)
-    envelope = np.empty((block.shape[0], lines.size, block.shape[1]), dtype=complex)
-    wave = np.empty(envelope.shape)
-    envelopes_and_waves(values, phases, lines, distance, envelope, wave)
-    return OrderWaveforms(lines, envelope, wave, block - wave.sum(axis=1))
+    gram /= distance
+    right /= distance
+    values = _solve(gram, right, bandwidth_hz * distance / rate_hz, poles)
+    return OrderKnots(lines, values, distance, phases)
 
 
 def _check(
@@ -132,8 +192,11 @@ def _check(
         raise InvalidValueError(f"Signal of {block.shape[1]} samples; allowed: {poles + 1} or more.")
     for one in range(1, orders.size):
         for other in range(one):
-            apart = orders[one] * phases[one % len(phases)] - orders[other] * phases[other % len(phases)]
-            if np.ptp(apart) < 0.5:
+            if len(phases) == 1:
+                apart = abs(orders[one] - orders[other]) * np.ptp(phases)
+            else:
+                apart = np.ptp(orders[one] * phases[one] - orders[other] * phases[other])
+            if apart < 0.5:
                 raise InvalidValueError(
                     f"Orders {orders[other]:g} and {orders[one]:g} are the same over this record; allowed: apart by "
                     "half a turn or more somewhere. Leave one out."

@@ -48,13 +48,22 @@ def normal_equations(
 
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"})
 def envelopes_and_waves(
-    knots: np.ndarray, phases: np.ndarray, orders: np.ndarray, distance: int, envelope: np.ndarray, wave: np.ndarray
+    knots: np.ndarray,
+    phases: np.ndarray,
+    orders: np.ndarray,
+    distance: int,
+    before: int,
+    envelope: np.ndarray,
+    wave: np.ndarray,
 ) -> None:
     """Fill the envelopes between the knots, and the real waves that they carry.
 
     Parameters
     ----------
     knots : complex128, shape (channels, knots, orders)
+    phases : float64, shape (1 or orders, before + samples)
+    before : int
+        Samples of the angle ahead of the first knot.
     envelope : complex128, shape (channels, orders, samples)
     wave : float64, shape (channels, orders, samples)
     """
@@ -63,7 +72,7 @@ def envelopes_and_waves(
         for sample in range(samples):
             knot = sample // distance
             later = (sample - knot * distance) / distance
-            carrier = _wave(phases, orders, order, sample)
+            carrier = _wave(phases, orders, order, before + sample)
             for channel in range(channels):
                 value = (1 - later) * knots[channel, knot, order] + later * knots[channel, knot + 1, order]
                 envelope[channel, order, sample] = value

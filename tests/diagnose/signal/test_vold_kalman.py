@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from rotorwise.diagnose.signal.vold_kalman import order_waveforms
+from rotorwise.diagnose.signal.vold_kalman import order_knots, order_waveforms
 from rotorwise.simulators.errors import InvalidValueError
 
 RATE = 10_000.0
@@ -142,3 +142,21 @@ def test_wrong_options_are_refused(change, message):
     options = {"rate_hz": RATE, "phase_turns": ANGLE, "orders": [1.0], "bandwidth_hz": 1.0} | change
     with pytest.raises(InvalidValueError, match=message):
         order_waveforms(np.cos(ANGLE), **options)
+
+
+@pytest.mark.parametrize("part", [(0, 3000), (1234, 1235), (7, 5000), (17_001, 20_000), (0, 20_000)])
+def test_a_part_is_what_the_whole_has_there(part):
+    """Parts are made from the knots: nothing of the mathematics changes, so they agree to rounding."""
+    rate = 2000.0
+    angle = np.cumsum(np.linspace(10, 40, 20_000)) / rate
+    rng = np.random.default_rng(21)
+    signals = np.stack([np.cos(2 * np.pi * angle), np.sin(2 * np.pi * 3 * angle)]) + rng.normal(0, 0.3, (2, angle.size))
+    options = {"rate_hz": rate, "phase_turns": angle, "orders": [1.0, 3.0, 40.0], "bandwidth_hz": 1.7}
+    whole = order_waveforms(signals, **options)
+    knots = order_knots(signals, **options)
+    envelope, wave = knots.part(*part)
+    assert knots.distance > 1
+    assert envelope == pytest.approx(whole.envelope[:, :, slice(*part)], abs=1e-12)
+    assert wave == pytest.approx(whole.waveform[:, :, slice(*part)], abs=1e-12)
+    at = np.arange(*part)[::7]
+    assert knots.envelope_at(at) == pytest.approx(whole.envelope[:, :, at], abs=1e-12)
