@@ -198,8 +198,9 @@ def open_file(request: Request) -> Looked:
         )
     part = recording.select(kept)
     signals = np.stack([repair(row) for row in part.signals])
-    part = replace(part, signals=signals - signals.mean(axis=1, keepdims=True))
-    return Looked(part, tacho, tuple(warnings))
+    # In place, and the tacho as a copy, so that of a long record nothing but what is used stays in memory.
+    signals -= signals.mean(axis=1, keepdims=True)
+    return Looked(replace(part, signals=signals), None if tacho is None else tacho.copy(), tuple(warnings))
 
 
 def _tacho_checks(tacho: np.ndarray, recording: Recording, name: str) -> list[DataCheck]:
@@ -272,7 +273,7 @@ def _from_tacho(looked: Looked) -> Shaft | None:
         return None
     estimate, times = found
     phase = phase_from_pulses(times, samples=recording.samples, rate_hz=recording.rate_hz, pulses_per_revolution=pulses)
-    if np.any(np.diff(phase) <= 0):
+    if np.any(phase[1:] <= phase[:-1]):
         return None
     # Over a turn at least, so that unevenly spaced marks do not show as a varying speed.
     grid = np.linspace(times[0], times[-1], max(min(int(phase[-1] - phase[0]), 400), 2))

@@ -189,8 +189,7 @@ def _waves(page: SignalPage, looked: Looked, found: Orders) -> None:
         factor, _ = display_unit(channel.unit)
         traces = [("signal", time, factor * recording.signals[index, part])]
         traces += [
-            (order_name(float(order)), time, factor * moved[index, number])
-            for number, order in enumerate(waves.orders)
+            (order_name(float(order)), time, factor * moved[index, number]) for number, order in enumerate(waves.orders)
         ]
         reach = float(np.abs(traces[0][2]).max()) * 1.05 or 1.0
         variants.append(

@@ -116,10 +116,20 @@ def order_map(
     # A frame begins at a whole turn: only fractional orders have turned on since angle zero.
     amplitude = amplitude * np.exp(-2j * np.pi * ((first[:, None] * orders[None, :]) % 1.0))
     middle = first + turns_a_frame / 2
-    samples = np.arange(phase_turns.size)
-    position = np.interp(middle, phase_turns, samples)
-    speed = np.interp(position, samples, np.gradient(phase_turns)) * rate_hz
-    return OrderMap(position / rate_hz, middle, speed, orders, amplitude)
+    position = np.interp(middle, phase_turns, np.arange(phase_turns.size))
+    return OrderMap(position / rate_hz, middle, _slope_at(phase_turns, position) * rate_hz, orders, amplitude)
+
+
+def _slope_at(values: np.ndarray, position: np.ndarray) -> np.ndarray:
+    """Return the gradient of a sequence at fractional places, without making it everywhere."""
+    left = np.minimum(position.astype(int), values.size - 2)
+
+    def slope(at: np.ndarray) -> np.ndarray:
+        before, after = np.maximum(at - 1, 0), np.minimum(at + 1, values.size - 1)
+        return (values[after] - values[before]) / (after - before)
+
+    later = position - left
+    return (1 - later) * slope(left) + later * slope(left + 1)
 
 
 def samples_a_turn(highest_order: float) -> int:

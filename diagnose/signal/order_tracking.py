@@ -9,6 +9,8 @@ import numpy as np
 
 from ...simulators.errors import InvalidValueError
 
+_BLOCK = 1 << 20
+
 
 def phase_from_pulses(
     times_s: np.ndarray, *, samples: int, rate_hz: float, pulses_per_revolution: float = 1.0
@@ -22,13 +24,17 @@ def phase_from_pulses(
     if times_s.size < 3:
         raise InvalidValueError(f"{times_s.size} tacho pulses; allowed: 3 or more. Analyse without the tacho channel.")
     turns = np.arange(times_s.size) / pulses_per_revolution
-    time = np.arange(samples) / rate_hz
-    phase = PchipInterpolator(times_s, turns)(np.clip(time, times_s[0], times_s[-1]))
-    before, after = time < times_s[0], time > times_s[-1]
+    curve = PchipInterpolator(times_s, turns)
     first_speed = (turns[1] - turns[0]) / (times_s[1] - times_s[0])
     last_speed = (turns[-1] - turns[-2]) / (times_s[-1] - times_s[-2])
-    phase[before] = (time[before] - times_s[0]) * first_speed
-    phase[after] = turns[-1] + (time[after] - times_s[-1]) * last_speed
+    phase = np.empty(samples)
+    # In blocks: a long record has many samples, and each step needs an array of them.
+    for start in range(0, samples, _BLOCK):
+        part = slice(start, min(start + _BLOCK, samples))
+        time = np.arange(part.start, part.stop) / rate_hz
+        inside = curve(np.clip(time, times_s[0], times_s[-1]))
+        inside = np.where(time < times_s[0], (time - times_s[0]) * first_speed, inside)
+        phase[part] = np.where(time > times_s[-1], turns[-1] + (time - times_s[-1]) * last_speed, inside)
     return phase
 
 
@@ -61,7 +67,7 @@ def angular_resample(signals: np.ndarray, *, phase_turns: np.ndarray, samples_pe
     stretched by new over old distance where that is above 1 (J. O. Smith and P. Gossett, Proc. ICASSP 9 (1984) 112).
     """
     block = np.ascontiguousarray(np.atleast_2d(np.asarray(signals, dtype=float)))
-    if np.any(np.diff(phase_turns) <= 0):
+    if np.any(phase_turns[1:] <= phase_turns[:-1]):
         raise InvalidValueError("The shaft angle does not rise everywhere. Check the tacho channel for false pulses.")
     turns = int(np.floor(phase_turns[-1]) - np.ceil(phase_turns[0]))
     if turns < 1:
