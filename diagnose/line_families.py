@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..datasets.recording import Nameplate
 from ..simulators.errors import InvalidValueError
 from .faults.bearing import place_of
@@ -12,23 +14,29 @@ from .signal.blind_sidebands import BlindFamily, attributed, find_families
 from .signal.cepstrum import Cepstrum, Spacing, band_cepstrum, line_spacing
 from .signal.sidebands import find_sidebands
 from .signal.spectrum import Spectrum, spectrum_with_floor
+from .signal.zoom import zoom_spectrum
 
 _SLOWEST_HZ, _WIDEST_HZ = 3.0, 120.0
 _WIDEST_ORDER = 6.0
 _LEAST_RATIO = 16.0  # of a cepstral peak: noise reaches it in one of a hundred records
 _DOUBT = 2e-3
+_ZOOMS, _ZOOM_POINTS = 4, 4000
 _LEAST_CELLS = 4.0  # a Hann window's line is four bins wide: nearer lines are not told apart
 
 
 @dataclass(frozen=True, eq=False)
 class ChannelFamilies:
-    """One channel: spectrum, families found, cepstrum of the band, and its spacing if it has one."""
+    """One channel: spectrum, families found, cepstrum of the band, and its spacing if it has one.
+
+    ``zooms`` holds frequencies and amplitudes round the carriers of the surest families, finer than the spectrum.
+    """
 
     channel: int
     spectrum: Spectrum
     families: tuple[BlindFamily, ...]
     cepstrum: Cepstrum | None
     spacing: Spacing | None
+    zooms: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,8 +89,18 @@ def measure(
             pass  # a record too short for a cepstrum still has its families
         if spacing is not None and spacing.power_ratio < _LEAST_RATIO:
             spacing = None
-        found.append(ChannelFamilies(index, spectrum, families, cepstrum, spacing))
+        zooms = tuple(_zoom(row, family, rate_hz) for family in families[:_ZOOMS])
+        found.append(ChannelFamilies(index, spectrum, families, cepstrum, spacing, zooms))
     return LineFamilies(shaft, known, tuple(found))
+
+
+def _zoom(row: np.ndarray, family: BlindFamily, rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the spectrum from five sidebands below a carrier to five above it, ten points to a bin at most."""
+    carrier, reach = family.family.carrier.frequency_hz, 5.0 * family.spacing_hz
+    low, high = max(carrier - reach, 0.0), min(carrier + reach, 0.5 * rate_hz)
+    lines = int(min(max(10 * (high - low) * row.size / rate_hz, 200), _ZOOM_POINTS))
+    frequency, amplitude = zoom_spectrum(row, rate_hz=rate_hz, low_hz=low, high_hz=high, lines=lines)
+    return frequency, amplitude[0]
 
 
 def _asked_family(

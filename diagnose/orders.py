@@ -9,14 +9,16 @@ import numpy as np
 
 from ..simulators.errors import InvalidValueError
 from .look import Looked, Shaft, shaft_of, without_speed
+from .probe_pair import probe_pair
 
 if TYPE_CHECKING:
-    from .signal.orbit import Ellipse
-    from .signal.order_map import OrderMap
+    from .signal.orbit import Ellipse, FullSpectrum
+    from .signal.order_map import OrderMap, Waterfall
     from .signal.vold_kalman import OrderKnots
 
 _POINTS = 400
 _FRAME_TURNS = 16
+_RUN_UP = 1.1  # highest over lowest speed from which orders and fixed frequencies part visibly
 #: Above the noise: less tells no phase and no orbit.
 CLEAR_DB = 10.0
 #: Bandwidth of the order filters over the lowest speed: neighbouring half orders are still kept apart.
@@ -47,7 +49,10 @@ class FollowedOrder:
 
 @dataclass(frozen=True, eq=False)
 class Orders:
-    """What the command shows: speed, map, orders at some points of time, and where the first orbit lies."""
+    """What the command shows: speed, map, orders at some points of time, and where the first orbit lies.
+
+    ``full`` is over orders, where two probes are at right angles; ``waterfall`` where the speed varies.
+    """
 
     shaft: Shaft
     map: OrderMap
@@ -57,6 +62,8 @@ class Orders:
     waveforms: OrderKnots
     orbits: tuple[tuple[float, Ellipse, complex, complex], ...]
     orbit_channels: tuple[int, int] | None
+    full: FullSpectrum | None
+    waterfall: Waterfall | None
 
 
 def measure(
@@ -119,7 +126,11 @@ def measure(
         for order, one in zip(wanted, rows, strict=True)
     )
     pair, orbits = _orbits(looked, wanted, envelopes)
-    return Orders(shaft, found, at / recording.rate_hz, speed, followed, waveforms, orbits, pair)
+    highest = float(found.orders[-1])
+    return Orders(
+        shaft, found, at / recording.rate_hz, speed, followed, waveforms, orbits, pair,
+        None if pair is None else _full_spectrum(looked, pair, phase, highest), _waterfall(looked, shaft, highest),
+    )  # fmt: skip
 
 
 def _check_orders(wanted: tuple[float, ...], shaft: Shaft, rate_hz: float, bandwidth_hz: float | None) -> None:
@@ -164,11 +175,11 @@ def _noise_at(found: OrderMap, channel: int, order: float, highest_hz: float) ->
 def _orbits(
     looked: Looked, wanted: tuple[float, ...], envelopes: np.ndarray
 ) -> tuple[tuple[int, int] | None, tuple[tuple[float, Ellipse, complex, complex], ...]]:
-    """Return the first two displacement channels, and each order's ellipse where it is largest."""
+    """Return the pair of probes, and each order's ellipse where it is largest."""
     from .signal.orbit import ellipse
 
-    pair = [i for i, channel in enumerate(looked.recording.channels) if channel.quantity == "displacement"][:2]
-    if len(pair) < 2:
+    pair = probe_pair(looked.recording.channels)
+    if pair is None:
         return None, ()
     found = []
     for number, order in enumerate(wanted):
@@ -176,7 +187,35 @@ def _orbits(
         largest = int(np.argmax(np.abs(x) ** 2 + np.abs(y) ** 2))
         one, other = complex(x[largest]), complex(y[largest])
         found.append((float(order), ellipse(one, other), one, other))
-    return (pair[0], pair[1]), tuple(found)
+    return pair, tuple(found)
+
+
+def _full_spectrum(looked: Looked, pair: tuple[int, int], phase: np.ndarray, highest_order: float) -> FullSpectrum:
+    """Return the whirl of the two probes over orders: its frequencies are in turns of the shaft."""
+    from .signal.orbit import full_spectrum
+    from .signal.order_map import samples_a_turn
+    from .signal.order_tracking import angular_resample
+
+    per_turn = samples_a_turn(highest_order)
+    x, y = angular_resample(looked.recording.signals[list(pair)], phase_turns=phase, samples_per_turn=per_turn)
+    return full_spectrum(x, y, rate_hz=float(per_turn))
+
+
+def _waterfall(looked: Looked, shaft: Shaft, highest_order: float) -> Waterfall | None:
+    """Return spectra over time of a run whose speed varies: what stays at its frequency there is no order."""
+    if shaft.highest_hz < _RUN_UP * shaft.lowest_hz:
+        return None
+    from .signal.order_map import waterfall
+
+    recording = looked.recording
+    highest_hz = min(highest_order * shaft.highest_hz, 0.5 * recording.rate_hz)
+    # Finer, and a line would move through several bins within a frame.
+    resolution_hz = max(0.5 * shaft.lowest_hz, 4 / recording.duration_s)
+    if resolution_hz > recording.rate_hz / 16:
+        return None
+    return waterfall(
+        recording.signals, rate_hz=recording.rate_hz, highest_hz=highest_hz, resolution_hz=resolution_hz, frames=200
+    )
 
 
 def summary(found: Orders, one: FollowedOrder) -> dict[str, Any]:

@@ -9,7 +9,8 @@ import numpy as np
 from ..look import Answer, Looked
 from ..observe import order_name
 from ..orders import CLEAR_DB, FollowedOrder, Orders, summary
-from ..signal.orbit import filtered_orbit
+from ..signal.orbit import FullSpectrum, filtered_orbit
+from ..signal.order_map import Waterfall
 from .encode import numbers
 from .signal_page import SignalPage, graph_of, heat_map
 from .text import clean, display_unit, unit_words
@@ -103,6 +104,8 @@ def _page(name: str, looked: Looked, found: Orders, rows: list[list[Any]]) -> st
     page = SignalPage("orders", name, f"Shaft orders at {found.shaft.words.split(',')[0]}", facts, looked.warnings)
     page.table(_HEADS, rows, caption="Orders over the run, peak amplitudes")
     _map(page, looked, found)
+    if found.waterfall is not None:
+        _waterfall(page, looked, found.waterfall)
     x_title, x = ("Speed (rpm)", 60 * found.speed_hz) if _one_way(found) else ("Time (s)", found.time_s)
     page.graph("Order amplitudes", _curves(looked, found, x, x_title, phase=False), label="Channel")
     if found.shaft.has_mark:
@@ -125,6 +128,8 @@ def _page(name: str, looked: Looked, found: Orders, rows: list[list[Any]]) -> st
         ],
     )
     _waves(page, looked, found)
+    if found.full is not None:
+        _full(page, looked, found, found.full)
     if found.orbit_channels is not None:
         names = [clean(recording.channels[index].name) for index in found.orbit_channels]
         factor, unit = display_unit(recording.channels[found.orbit_channels[0]].unit)
@@ -146,11 +151,39 @@ def _one_way(found: Orders) -> bool:
 def _map(page: SignalPage, looked: Looked, found: Orders) -> None:
     maps = []
     for index, channel in enumerate(looked.recording.channels):
-        level = np.abs(found.map.amplitude[index]).T
-        decibels = 20 * np.log10(np.maximum(level, 1e-300))
-        decibels -= decibels.max()
+        decibels = _decibels(np.abs(found.map.amplitude[index]).T)
         maps.append(heat_map(channel.name, found.map.time_s, found.map.orders, decibels))
     page.heat("Order map", maps, x="Time (s)", y="Order of shaft speed", unit="dB", note="0 dB is the highest value.")
+
+
+def _decibels(level: np.ndarray) -> np.ndarray:
+    """Return levels in dB of the highest."""
+    decibels = 20 * np.log10(np.maximum(level, 1e-300))
+    return decibels - decibels.max()
+
+
+def _waterfall(page: SignalPage, looked: Looked, found: Waterfall) -> None:
+    maps = [
+        heat_map(channel.name, found.time_s, found.frequency_hz, _decibels(found.amplitude[index].T))
+        for index, channel in enumerate(looked.recording.channels)
+    ]
+    note = "Slanted lines are orders; what stays at its frequency is a resonance, the mains or another machine."
+    page.heat("Frequency map", maps, x="Time (s)", y="Frequency (Hz)", unit="dB", note=note)
+
+
+def _full(page: SignalPage, looked: Looked, found: Orders, full: FullSpectrum) -> None:
+    """Draw forward whirl at positive and backward whirl at negative orders."""
+    assert found.orbit_channels is not None
+    x, y = (looked.recording.channels[index] for index in found.orbit_channels)
+    factor, _ = display_unit(x.unit)
+    kept = full.frequency_hz <= found.map.orders[-1]
+    order = np.concatenate([-full.frequency_hz[kept][:0:-1], full.frequency_hz[kept]])
+    radius = factor * np.concatenate([full.backward[kept][:0:-1], full.forward[kept]])
+    variant = graph_of(
+        "whirl", [("whirl", order, radius)], x="Order; below 0 backward", y=f"Radius ({unit_words(x.unit)})"
+    )
+    note = f"Forward turns from {x.name} towards {y.name}. Equal radii at +n and -n are a straight line."
+    page.graph("Full spectrum", [variant], note=note)
 
 
 def _curves(looked: Looked, found: Orders, x: np.ndarray, x_title: str, *, phase: bool) -> list[dict[str, Any]]:

@@ -10,7 +10,7 @@ from ..line_families import ChannelFamilies, LineFamilies
 from ..look import Answer, Looked
 from ..signal.blind_sidebands import BlindFamily
 from .signal_page import SignalPage, cursors, graph_of, spectral_channel
-from .text import number
+from .text import display_unit, number, unit_words
 
 _HEADS = (
     "Channel",
@@ -149,7 +149,30 @@ def _page(name: str, looked: Looked, found: LineFamilies, rows: list[list[Any]])
     if cepstra:
         note = "A peak at a quefrency, and at its multiples, is a line spacing of one over it."
         page.graph("Cepstrum", cepstra, label="Channel", note=note)
+    zooms = [
+        _zoom(looked, one, family, zoom)
+        for one in found.channels
+        for family, zoom in zip(one.families, one.zooms, strict=False)
+    ]
+    if zooms:
+        page.graph(
+            "Carrier and sidebands", zooms, label="Carrier", note="Five sidebands to each side, ten points a bin."
+        )
     return page.html()
+
+
+def _zoom(
+    looked: Looked, one: ChannelFamilies, family: BlindFamily, zoom: tuple[np.ndarray, np.ndarray]
+) -> dict[str, Any]:
+    channel = looked.recording.channels[one.channel]
+    factor, _ = display_unit(channel.unit)
+    name = f"{channel.name}: {family.family.carrier.frequency_hz:.1f} Hz +- {family.spacing_hz:.2f} Hz"
+    return graph_of(
+        name,
+        [("amplitude", zoom[0], factor * zoom[1])],
+        x="Frequency (Hz)",
+        y=f"Amplitude ({unit_words(channel.unit)})",
+    )
 
 
 def _headline(found: LineFamilies) -> str:

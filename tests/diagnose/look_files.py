@@ -36,3 +36,9 @@ def payload(path: Path) -> dict:
     found = re.search(r'<script type="application/json" id="data-f0">(.*?)</script>', path.read_text("utf-8"), re.S)
     assert found is not None
     return json.loads(found.group(1))
+
+
+def expanded(curve: dict) -> tuple[np.ndarray, np.ndarray]:
+    """Return x and y of a curve of the page."""
+    y = np.array(curve["y"], dtype=float)
+    return (curve["x0"] + curve["dx"] * np.cumsum(curve["i"]) if "i" in curve else np.array(curve["x"])), y

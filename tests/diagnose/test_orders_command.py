@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from .look_files import RATE, payload, run, write_csv
+from .look_files import RATE, expanded, payload, run, write_csv
 
 TIME = np.arange(30_000) / RATE
 SPEED = 12 + 3 * TIME
@@ -68,6 +68,19 @@ def test_the_table_fits_and_the_page_holds_the_pictures(run_up, monkeypatch, cap
     top = np.array(drawn["heat-1"]["channels"][0]["z"], dtype=float)
     assert drawn["heat-1"]["channels"][0]["y"][int(top.mean(axis=1).argmax())] == pytest.approx(1.0)
     assert drawn["orbit"]["channels"] == ["x", "y"]
+    # 40 x 20 um forward is a circle of 30 forward and one of 10 backward; 5 um at 2X on one probe is 2.5 in both.
+    (whirl,) = next(drawn[f"graph-{n}"] for n in range(1, 7) if "backward" in drawn[f"graph-{n}"][0]["x"])
+    (curve,) = whirl["traces"]
+    order, radius = expanded(curve["curve"])
+    for place, expected in ((1, 30.0), (-1, 10.0), (2, 2.5), (-2, 2.5)):
+        near = np.abs(order - place) < 0.1
+        assert radius[near].max() == pytest.approx(expected, rel=0.05)
+    # The run-up is drawn against frequency too: the highest cell of a column is 1X, at the speed there.
+    waterfall = drawn["heat-2"]["channels"][0]
+    levels = np.array(waterfall["z"], dtype=float)
+    middle = len(waterfall["x"]) // 2
+    speed = 12 + 3 * waterfall["x"][middle]
+    assert waterfall["y"][int(levels[:, middle].argmax())] == pytest.approx(speed, abs=8.0)
     # An existing report is kept unless told otherwise.
     assert run(monkeypatch, "orders", run_up, "--tacho", "tacho", "--report", page) == 4
     assert "exists already" in capsys.readouterr().err

@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from .look_files import RATE, payload, run, write_csv
+from .look_files import RATE, expanded, payload, run, write_csv
 
 TIME = np.arange(40_000) / RATE
 PINION = 24.7
@@ -63,6 +63,14 @@ def test_table_and_page(gear, monkeypatch, capsys, tmp_path):
     drawn = payload(page)
     assert drawn["spectrum"][0]["lines"]
     assert drawn["graph-1"][0]["traces"][0]["name"] == "cepstrum"
+    # Beside it the carriers, each with its sidebands: 0.3 of modulation are two of 0.15.
+    zoom = next(one for one in drawn["graph-2"] if f"{21 * PINION:.1f} Hz" in one["name"])
+    frequency, amplitude = expanded(zoom["traces"][0]["curve"])
+    top = int(amplitude.argmax())
+    assert frequency[top] == pytest.approx(21 * PINION, abs=0.02)
+    for side in (-1, 1):
+        beside = np.abs(frequency - 21 * PINION - side * WHEEL) < 0.3
+        assert amplitude[beside].max() == pytest.approx(0.15 * amplitude[top], rel=0.1)
     assert "42-tooth shaft" in page.read_text("utf-8").split("</h1>")[0]
 
 
