@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from .faults.bearing import rhythms
-from .observe import Observation
+from .observe import Observation, order_name
+from .probe_pair import probe_pair
 from .result import Cursor, Curve, Finding, Pictures
 from .signal.envelope import EnvelopeSpectrum, most_impulsive
 from .signal.spectrum import hann
@@ -16,6 +17,7 @@ _MAP_ROWS = 240
 _MAP_COLUMNS = 120
 _WAVEFORM_SAMPLES = 40_000
 _CHANNELS_DRAWN = 8
+_ORBIT_TURNS, _LEAST_ORBIT_TURNS = 8, 4
 
 
 def pictures(now: Observation, baseline: Observation | None, findings: tuple[Finding, ...]) -> Pictures:
@@ -176,14 +178,33 @@ def _order_map(now: Observation) -> dict | None:
 
 
 def _orbit(now: Observation) -> dict | None:
-    """Return the orbit of the first two displacement channels, a few turns long."""
-    pair = [i for i, channel in enumerate(now.recording.channels) if channel.quantity == "displacement"][:2]
-    if len(pair) < 2 or now.speed is None:
+    """Return the orbit of two probes at right angles, a few turns long, and that of its first orders alone."""
+    pair = probe_pair(now.recording.channels)
+    if pair is None or now.speed is None:
         return None
-    shown = min(now.recording.samples, int(8 * now.recording.rate_hz / now.speed_hz))
-    x, y = (now.recording.signals[index, :shown] for index in pair)
+    shown = min(now.recording.samples, int(_ORBIT_TURNS * now.recording.rate_hz / now.speed_hz))
+    part = now.recording.signals[list(pair), :shown]
     names = [now.recording.channels[index].name for index in pair]
-    return {"x": x, "y": y, "unit": "m", "channels": names}
+    return {"x": part[0], "y": part[1], "unit": "m", "channels": names, "orders": _order_orbits(now, pair, part)}
+
+
+def _order_orbits(now: Observation, pair: tuple[int, int], part: np.ndarray) -> list[dict]:
+    """Return the ellipses of the orders up to 3X that stand out of the noise, with the way they are run through."""
+    from .signal.orbit import ellipse, filtered_orbit
+    from .signal.order_tracking import constant_speed_phase, order_amplitudes
+
+    orders = [n for n in (1.0, 2.0, 3.0) if any(now.is_significant(now.line(n, channel=index)) for index in pair)]
+    turns = part.shape[1] * now.speed_hz / now.recording.rate_hz
+    if not orders or turns < _LEAST_ORBIT_TURNS:
+        return []
+    phase = constant_speed_phase(samples=part.shape[1], rate_hz=now.recording.rate_hz, speed_hz=now.speed_hz)
+    amplitudes, _ = order_amplitudes(part, phase_turns=phase, orders=orders)
+    found = []
+    for order, (x, y) in zip(orders, amplitudes.T, strict=True):
+        shape = ellipse(complex(x), complex(y))
+        points = filtered_orbit(complex(x), complex(y))
+        found.append({"name": order_name(order), "way": shape.words, "x": points[0], "y": points[1]})
+    return found
 
 
 def for_folder(shown: Pictures) -> Pictures:

@@ -226,7 +226,8 @@ class Pictures:
     order_map : dict or None
         ``{"time_s": [t], "order_or_hz": [f], "level_db": [f][t], "axis": "order"|"Hz", "channel": name}``.
     orbit : dict or None
-        ``{"x": [...], "y": [...], "unit": "m", "channels": [a, b]}`` for two displacement channels.
+        ``{"x": [...], "y": [...], "unit": "m", "channels": [a, b], "orders": [...]}`` for two probes at right
+        angles; each order alone is ``{"name": "1X", "way": "forward", "x": [...], "y": [...]}``.
     """
 
     spectra: tuple[Curve, ...] = ()

@@ -87,10 +87,9 @@ def _orbit_lines(looked: Looked, found: Orders) -> list[str]:
     for order, shape, _, _ in found.orbits:
         if order not in clear:
             continue
-        way = "forward" if shape.direction > 0.05 else "backward" if shape.direction < -0.05 else "a straight line"
         words.append(
-            f"orbit  {order_name(order)}: {factor * shape.major:.3g} x {factor * abs(shape.minor):.3g} {unit}, {way} "
-            f"({shape.direction:+.2f}; forward turns from {x.name} towards {y.name})"
+            f"orbit  {order_name(order)}: {factor * shape.major:.3g} x {factor * abs(shape.minor):.3g} {unit}, "
+            f"{shape.words} ({shape.direction:+.2f}; forward turns from {x.name} towards {y.name})"
         )
     return words
 

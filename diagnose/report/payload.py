@@ -151,7 +151,16 @@ def _orbit(orbit: dict | None, limit: int) -> dict[str, Any] | None:
     x, y = (factor * np.asarray(orbit[axis], dtype=float).ravel()[:limit] for axis in ("x", "y"))
     names = [clean(name) for name in orbit.get("channels", ("x", "y"))]
     note = f"The first {limit} of {np.size(orbit['x'])} samples." if np.size(orbit["x"]) > limit else ""
-    return {"x": numbers(x), "y": numbers(y), "unit": unit or "unit unknown", "channels": names, "note": note}
+    orders = [
+        {"name": clean(f"{one['name']} {one['way']}"), "x": numbers(factor * one["x"]), "y": numbers(factor * one["y"])}
+        for one in orbit.get("orders", ())
+    ]
+    if orders:
+        note = f"{note} Orders alone: forward turns from {names[0]} towards {names[1]}; a dot where a turn begins."
+    return {
+        "x": numbers(x), "y": numbers(y), "unit": unit or "unit unknown", "channels": names, "note": note.strip(),
+        "orders": orders,
+    }  # fmt: skip
 
 
 def short_name(analysis: Analysis) -> str:

@@ -227,9 +227,18 @@ function drawOrbit(state) {
     type: "scatter", mode: "lines", x: orbit.x, y: orbit.y, line: { color: colour("curve"), width: 1 },
     hovertemplate: `x %{x:.4g}, y %{y:.4g} ${unit}<extra></extra>`,
   };
+  // A turn begins at the dot and runs on along the line.
+  const orders = (orbit.orders || []).map((one, index) => ({
+    type: "scatter", mode: "lines+markers", name: plotText(one.name), x: one.x, y: one.y,
+    line: { color: colour("g" + (index + 1)), width: 2 },
+    marker: { size: one.x.map((_, number) => (number ? 0 : 9)), color: colour("g" + (index + 1)) },
+    hovertemplate: `x %{x:.4g}, y %{y:.4g} ${unit}<extra>${plotText(one.name)}</extra>`,
+  }));
+  trace.name = "signal";
   const side = Math.min(state.canvas.clientWidth, 440);
-  return show(state.canvas, [trace], layout(state.canvas, {
+  return show(state.canvas, [trace, ...orders], layout(state.canvas, {
     height: side, width: undefined,
+    showlegend: orders.length > 0, legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0, font: { size: 12 } },
     xaxis: axis(`${plotText(orbit.channels[0])} (${unit})`),
     yaxis: axis(`${plotText(orbit.channels[1])} (${unit})`, { scaleanchor: "x", scaleratio: 1 }),
   }));

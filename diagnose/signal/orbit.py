@@ -15,6 +15,8 @@ from numpy import fft
 from ...simulators.errors import InvalidValueError
 from .spectrum import fast_length, hann
 
+_FLAT = 0.05  # minor over major axis: flatter is a straight line
+
 
 @dataclass(frozen=True)
 class Ellipse:
@@ -40,6 +42,11 @@ class Ellipse:
     def direction(self) -> float:
         """Whirl, -1 (a backward circle) through 0 (a straight line) to 1 (a forward circle): minor over major."""
         return self.minor / self.major if self.major > 0 else 0.0
+
+    @property
+    def words(self) -> str:
+        """Which way it is run through."""
+        return "forward" if self.direction > _FLAT else "backward" if self.direction < -_FLAT else "a straight line"
 
 
 @dataclass(frozen=True, eq=False)
