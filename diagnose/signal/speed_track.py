@@ -16,7 +16,7 @@ from numpy import fft
 
 from ...simulators.errors import InvalidValueError
 from .spectrum import fast_length, hann
-from .speed_trust import trust
+from .speed_trust import decimated, trust
 
 _STEP = 0.01  # relative distance of neighbouring speeds
 #: Chance that harmonic 1, 2, ... shows above the noise of one frame.
@@ -117,7 +117,7 @@ def track_speed(
         )
     samples, full = block.shape[1], block
     # Nothing above the highest harmonic is looked at.
-    block, factor = _decimated(block, rate_hz, 1.05 * _SHOWS.size * highest_hz)
+    block, factor = decimated(block, rate_hz, 1.05 * _SHOWS.size * highest_hz)
     slow_hz = rate_hz / factor
     length = round(frame_s * slow_hz)
     hop = max(length // _FRAMES_OVERLAPPING, 1)
@@ -136,17 +136,6 @@ def track_speed(
     # Both weigh half and twice the speed: the more doubtful counts, not both.
     confidence = np.minimum(confidence, np.interp(middle * rate_hz, where, chance))
     return SpeedTrack(middle, speed, confidence, whole)
-
-
-def _decimated(block: np.ndarray, rate_hz: float, highest_hz: float) -> tuple[np.ndarray, int]:
-    """Return the channels at a lower rate that still holds a frequency, and the whole factor between the rates."""
-    factor = max(int(0.45 * rate_hz / highest_hz), 1)
-    if factor == 1:
-        return block, 1
-    kept = -(-block.shape[1] // factor)
-    fewer = fast_length(kept)
-    spectrum = fft.rfft(block, n=fewer * factor, axis=1)[:, : fewer // 2 + 1]
-    return np.ascontiguousarray(fft.irfft(spectrum, n=fewer, axis=1)[:, :kept] / factor), factor
 
 
 def _at_every_sample(phase: np.ndarray, factor: int, samples: int) -> np.ndarray:

@@ -11,10 +11,11 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+from numpy import fft
 
 from .envelope import band_envelope
 from .order_tracking import angular_resample
-from .spectrum import Spectrum, spectrum_with_floor
+from .spectrum import Spectrum, fast_length, spectrum_with_floor
 from .speed import (
     HARMONIC_SHOWS,
     Peaks,
@@ -49,7 +50,7 @@ _BURSTS, _HARMONICS_OVER_FIRST = 0.25, (0.5, 0.3)
 _SHAFT_STRIKES = 0.4
 _BEATEN = 3.0  # so much likelier is a hidden shaft where the envelope beats at the speed followed
 _BURST_RATIO = 25.0  # power of a line of the envelope over its noise
-_WINDOWS_OF_ENVELOPE = 3
+_WINDOWS_OF_ENVELOPE, _ENVELOPE_ORDERS = 3, 7.0
 
 
 def trust(
@@ -85,15 +86,28 @@ def trust(
     return 0.5 * (bounds[:-1] + bounds[1:]), np.array(chances)
 
 
+def decimated(block: np.ndarray, rate_hz: float, highest_hz: float) -> tuple[np.ndarray, int]:
+    """Return the channels at a lower rate that still holds a frequency, and the whole factor between the rates."""
+    factor = _with_small_factors(max(int(0.45 * rate_hz / highest_hz), 1))
+    if factor == 1:
+        return block, 1
+    kept = -(-block.shape[1] // factor)
+    fewer = fast_length(kept)
+    spectrum = fft.rfft(block, n=fewer * factor, axis=1)[:, : fewer // 2 + 1]
+    return np.ascontiguousarray(fft.irfft(spectrum, n=fewer, axis=1)[:, :kept] / factor), factor
+
+
 def _of_piece(signals: np.ndarray, rate_hz: float, phase: np.ndarray, range_hz: tuple[float, float]) -> float:
     """Return the chance that the angle of a piece of the record is the shaft's."""
     if np.any(np.diff(phase) <= 0) or int(np.floor(phase[-1]) - np.ceil(phase[0])) < _LEAST_TURNS:
         return 0.0
     mean_hz = float(phase[-1] - phase[0]) * rate_hz / (phase.size - 1)
-    even = angular_resample(signals, phase_turns=phase, samples_per_turn=_PER_TURN)
+    fastest_hz = float(np.diff(phase).max()) * rate_hz
+    slow, factor = decimated(signals, rate_hz, float(_ORDERS[-1] + 2) * fastest_hz)
+    even = angular_resample(slow, phase_turns=_angle_at(phase, slow.shape[1], factor), samples_per_turn=_PER_TURN)
     spectrum = spectrum_with_floor(even, rate_hz=_PER_TURN, floor_width_hz=1.0)
     # Beyond half the sampling rate a harmonic is not missing but unknown.
-    span = min(0.45 * rate_hz / float(np.diff(phase).max() * rate_hz), 0.5 * _PER_TURN)
+    span = min(0.45 * rate_hz / fastest_hz, 0.5 * _PER_TURN)
     # What drifts slower than any shaft is no rival.
     slowest = max(min(_SLOWEST_HZ, 0.75 * range_hz[0]) / mean_hz, 3 * spectrum.resolution_hz)
     lines = [_lines(spectrum, index, (slowest, float(_ORDERS[-1] + 2)), span) for index in range(signals.shape[0])]
@@ -107,6 +121,19 @@ def _of_piece(signals: np.ndarray, rate_hz: float, phase: np.ndarray, range_hz: 
     is_short = is_beaten & (depths[:, 1:] > np.multiply(_HARMONICS_OVER_FIRST, depths[:, :1])).all(axis=1)
     share = share / (1 + (_BEATEN if is_beaten.any() else 1.0) * hidden * share)
     return share * (_SHAFT_STRIKES if is_short.any() else 1.0)
+
+
+def _with_small_factors(count: int) -> int:
+    """Return the largest whole number up to one that has the factors 2, 3 and 5 only: others make transforms slow."""
+    while fast_length(count) != count:
+        count -= 1
+    return count
+
+
+def _angle_at(phase: np.ndarray, samples: int, factor: float) -> np.ndarray:
+    """Return the angle at samples of a rate that is lower by a factor."""
+    angle = np.interp(np.arange(samples) * factor, np.arange(phase.size), phase)
+    return angle + np.arange(samples) * 1e-12  # past the end of the record it would stand still
 
 
 def _lines(spectrum: Spectrum, channel: int, limits: tuple[float, float], span: float) -> Peaks:
@@ -198,14 +225,14 @@ def _envelopes(signals: np.ndarray, rate_hz: float, phase: np.ndarray) -> list[S
         return []
     edges = np.exp(np.linspace(np.log(lowest), np.log(highest), _WINDOWS_OF_ENVELOPE + 1))
     found = []
-    for row in signals:
+    for row in signals[:, : _with_small_factors(signals.shape[1])]:
         for low, high in pairwise(edges):
             if high - low < 10 * fastest:
                 continue
             envelope, slow_hz = band_envelope(row, rate_hz=rate_hz, low_hz=low, high_hz=high)
-            angle = np.interp(np.arange(envelope.size) * (rate_hz / slow_hz), np.arange(phase.size), phase)
-            angle += np.arange(angle.size) * 1e-12  # past the end of the record it would stand still
-            power = angular_resample(envelope**2, phase_turns=angle, samples_per_turn=16)
+            beat, factor = decimated(envelope[None] ** 2, slow_hz, _ENVELOPE_ORDERS * fastest)
+            angle = _angle_at(phase, beat.shape[1], factor * rate_hz / slow_hz)
+            power = angular_resample(beat, phase_turns=angle, samples_per_turn=16)
             scale = max(float(power.mean()), np.finfo(float).tiny)
             found.append(spectrum_with_floor(power / scale, rate_hz=16.0, floor_width_hz=1.0))
     return found
