@@ -28,6 +28,8 @@ ORDERS, FOLLOWED = 3, 4
 #: Chance below which an effect does not make its order: more than noise is left of it; and below which a few steps
 #: towards it are enough to say so.
 MISFIT, HOPELESS = 1e-3, 1e-30
+#: Share of a line beyond which an effect has made it.
+MUCH = 0.3
 
 Tell = Callable[[str], None]
 FewOfEach = Callable[[list[list[Start]]], list[list[Start]]]
@@ -64,9 +66,9 @@ def beside_unknown(
             for options in [one for one in every if one[0].score > least and _repeats(one[0], problem)][:FOLLOWED]:
                 tell(f"{options[0].candidate} beside something unknown")
                 fit = _fitted(options, problem, widened, order)
-                if fit is None:
-                    continue
                 others = frozenset(unknown.kernels) - {order}
+                if fit is None or _contradicted(fit.response, compared, others):
+                    continue
                 fit = replace(fit, log_evidence=fit.log_evidence - cost, unknown_beside=others)
                 one = fit.candidates[0]
                 if one not in found or fit.log_evidence > found[one].log_evidence:
@@ -82,12 +84,27 @@ def _repeats(start: Start, problem: Problem) -> bool:
 def _fitted(options: Sequence[Start], problem: Problem, widened: Comparison, order: int) -> Fit | None:
     """Return the fit of one effect; None where it does not make the order."""
     one, machine, predictor = options[0].candidate, problem.baseline.machine, problem.predictor
-    first = climbed([one], [start.position for start in options[:1]], widened, machine, predictor, steps=FIRST_STEPS)
-    if first is None or chance_in_order(first.added, widened, order, first.position.size) < HOPELESS:
+    tried = climbed([one], [start.position for start in options[:1]], widened, machine, predictor, steps=FIRST_STEPS)
+    if not tried or chance_in_order(tried[0].added, widened, order, tried[0].position.size) < HOPELESS:
         return None
+    first = tried[0]
     fit = refined([one], first.position, widened, machine, predictor)
     makes_it = fit and chance_in_order(fit.response, widened, order, fit.position.size) > MISFIT
     return fit if makes_it else None
+
+
+def _contradicted(response: np.ndarray, compared: Comparison, others: frozenset[int]) -> bool:
+    """Return whether an effect makes a good part of a line that is not as it would make it.
+
+    What it makes of an order counts with that order: who bends 2X as much as is measured, but wrongly, is not the cause
+    of 1X with something unknown beside it.
+    """
+    lacking = np.where(compared.seen, compared.lines.amplitudes - compared.expected, 0.0)
+    for order in others:
+        made, measured = (float((np.abs(own[:, :, order]) ** 2).sum()) for own in (response, lacking))
+        if made > MUCH**2 * measured:
+            return True
+    return False
 
 
 def chance_in_order(response: np.ndarray, compared: Comparison, order: int, unknowns: int) -> float:

@@ -27,6 +27,7 @@ LAW_TOLERANCE, LAW_TOLERANCE_OF_SIZES = 0.15, 0.5
 #: Of the real and the imaginary part of the strongest order: a law is right to 10 %.
 STRENGTH_TOLERANCE = 0.1 / math.sqrt(2)
 PROBE_TOLERANCE, PROBE_TOLERANCE_OF_SIZES = 0.03, 0.3
+THRICE = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,9 +138,14 @@ class Problem:
         return replace(self, baseline=shifted(self.baseline, machine, change, self.predictor), at_healthy=there)
 
     def around(self, baseline: Baseline, response: np.ndarray) -> Comparison:
-        """Return the lines against a machine with effects, linearised with them, that add ``response``."""
+        """Return the lines against a machine with effects, linearised with them, that add ``response``.
+
+        What they add may be wrong by a share of what they should add, or of thrice what they do: were it a share of the
+        response itself, a hypothesis would gain certainty by making less than was measured.
+        """
         share = np.maximum(_tolerances(self.lines)[1], self.transfer.share)
-        own = share * np.sqrt((np.abs(response) ** 2).mean(axis=0) / 2)
+        lacking = np.where(self.lines.seen, self.lines.amplitudes - self.plain().expected, 0.0)
+        own = share * np.minimum(_mean_size(lacking), THRICE * _mean_size(response))
         found = comparison(self.lines, baseline, self.healthy, self.at_healthy, self.error, own)
         return replace(found, transfer=self.transfer)
 
@@ -284,6 +290,11 @@ def strength_columns(compared: Comparison, response: np.ndarray) -> np.ndarray:
 def _orders(response: np.ndarray) -> np.ndarray:
     """Return a response (conditions, probes, orders) split into its orders, shape (orders, ...) of itself."""
     return np.moveaxis(response[..., None] * np.eye(response.shape[-1]), -1, 0)
+
+
+def _mean_size(lines: np.ndarray) -> np.ndarray:
+    """Return the rms over the conditions of the real part, or the imaginary part, of lines, (probes, orders)."""
+    return np.sqrt((np.abs(lines) ** 2).mean(axis=0) / 2)
 
 
 @dataclass(frozen=True, eq=False)

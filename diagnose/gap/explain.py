@@ -27,7 +27,7 @@ from .pulse_place import calibrated_with_pulse, turned
 from .result import GapResult
 from .screen import Atom, atoms_of
 from .search import Screening, search, telling_conditions
-from .shown_lines import may_show
+from .shown_lines import may_show, standing_out
 from .transfer_error import TransferError, learnt, none_of
 from .unknown_force import force_kernels
 from .verdict import told
@@ -148,7 +148,8 @@ def explain_gap(
     own = problem.baseline.machine
     tell("finding what each effect can do")
     left_out = without if only is None else without | (effect_catalogue().keys() - only)
-    competing = _competing(machine, left_out, compared, own, few, screened, prepared.found_lines)
+    lacking = (*prepared.found_lines, *standing_out(compared))
+    competing = _competing(machine, left_out, compared, own, few, screened, lacking)
     library, not_compared = responses(competing, own, few, screened, tell=tell)
     screening = Screening(chosen, screened, library)
     tied = all(one.tied for one in part.conditions)
@@ -168,7 +169,7 @@ def _competing(
     own: Machine,
     few: Predictor,
     screened: Comparison,
-    found: Sequence[tuple[float, float]],
+    lacking: Sequence[tuple[float, float]],
 ) -> list[Candidate]:
     """Return the candidates whose lines may show; ``own`` is the calibrated machine, ``few`` for ``screened``."""
 
@@ -180,7 +181,7 @@ def _competing(
         without=without | ONLY_IN_WAVEFORM,
         probes=compared.lines.probes,
         reach=reached,
-        found_lines=found,
+        found_lines=lacking,
     )
     return [one for one in every if may_show(one, own, compared)]
 

@@ -91,6 +91,13 @@ def explained(fit: Fit, problem: Problem, *, further: Sequence[Effect] = ()) -> 
     return problem.plain().expected + own
 
 
+def predicted_db(fits: Sequence[Fit], prepared: Prepared) -> list[float]:
+    """Return by how many dB each fit's held-out error lies below that of the machine without any effect."""
+    problem = prepared.problem(prepared.held_out)
+    without = residual_power(problem, problem.plain().expected)
+    return [_db(without, residual_power(problem, explained(fit, problem))) for fit in fits]
+
+
 def residual_power(problem: Problem, simulated: np.ndarray) -> float:
     """Return the mean squared distance from the measured lines, in their noise and accuracy."""
     lines = problem.lines

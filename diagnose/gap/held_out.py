@@ -3,104 +3,173 @@
 Evidence in the fitted conditions weighs priors as well as data, and supposes that the laws compared hold. The held-out
 conditions are a second witness: a hypothesis, fitted to the others, gives their lines a density before they are seen.
 They may withdraw a name but not give one, so that the gain stays one on recordings that nothing was chosen by: another
-effect can draw level with the leading one, no more; nothing at all, or something unknown, can take its place.
+effect can draw level with the leading one, no more; nothing at all, or something unknown, can take its place. Densities
+hold what the machine's own unknowns leave open; where these are wide, and the evidence of a fit on a long ridge is
+uncertain, the plain distance from the most probable lines tells more.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .baseline import again
-from .evidence import law_columns
+from .evidence import Problem, law_columns
+from .gain import predicted_db
 from .judged import TOLD_APART
 from .predict import UnpredictableError
 from .prediction import Predicted, given_others, prior_of
-from .refine import Fit, Responses
-from .search import MISFIT, Posterior
+from .refine import Fit, Responses, jointly
+from .search import MISFIT, MOVES, Posterior
+from .shown_lines import SHOWN
+from .unknown_force import force_kernels, unexplained
 
 if TYPE_CHECKING:
     from .explain import Prepared
 
 Names = tuple[str, ...]
+#: A rival whose held-out error is this much smaller draws level, of the most probable ones.
+BETTER_DB, RIVALS = 3.0, 4
+#: A logarithm of a ratio that is as good as certain, and no overflow.
+LARGEST = 100.0
 
 
 def checked(prepared: Prepared, posterior: Posterior) -> tuple[Posterior, tuple[str, ...]]:
     """Return the posterior after a look at the held-out conditions, and remarks on what that has changed."""
     leading = next(iter(posterior.probabilities))
-    if not prepared.held_out or "unknown" in leading:
+    if not prepared.held_out or leading == ("unknown",):
         return posterior, ()
-    fits = {fit.names: fit for fit in reversed((*posterior.fits, posterior.none))}
+    fits: dict[Names, Fit] = {}
+    for fit in (*posterior.fits, posterior.none):
+        fits.setdefault(fit.names, fit)
     found = {names: predicted(fit, prepared) for names, fit in fits.items()}
     known = {names: one for names, one in found.items() if one is not None}
-    seen = replace(posterior, held_out=known)
-    if leading not in known:
-        return seen, ()
-    if known[leading].chance < MISFIT:
-        return _refuted(seen, leading)
-    return _levelled(seen, leading)
+    if leading in known and known[leading].own_chance < MISFIT:
+        # A contact that opens at another speed than the fit has it is no other cause: look from where all is explained.
+        known[leading] = predicted(fits[leading], prepared, moves=MOVES) or known[leading]
+    wrong = leading in known and known[leading].own_chance < MISFIT
+    # Of an effect beside something unknown only its own order was looked at: no density to set beside those of others.
+    seen = replace(posterior, held_out={names: one for names, one in known.items() if "unknown" not in names})
+    if "unknown" in leading:
+        return _unnamed(seen, leading) if wrong else (seen, ())
+    if wrong:
+        return _refuted(seen, prepared, fits[leading])
+    checked_once, remarks = _levelled(seen, prepared, fits)
+    if leading in known and known[leading].chance < MISFIT:
+        said = _said(leading)
+        remarks += (
+            f"In the held-out conditions lines stand out that {said} does not make: something else acts there.",
+        )
+    return checked_once, remarks
 
 
-def predicted(fit: Fit, prepared: Prepared) -> Predicted | None:
-    """Return how probable the held-out lines are under a hypothesis fitted to the others.
+def predicted(fit: Fit, prepared: Prepared, *, moves: int = 0) -> Predicted | None:
+    """Return how probable the held-out lines are under a hypothesis, given the fitted ones.
 
-    None where the motion does not repeat with the shaft, as each derivative is then a simulation, or where something
-    unknown acts beside the effect.
+    None where the motion does not repeat with the shaft, as each derivative is then a simulation. Where something
+    unknown acts beside the effect, only the orders that are left to the effect are looked at.
+
+    Parameters
+    ----------
+    fit : Fit
+        To the fitted conditions: there everything is taken as linear.
+    prepared : Prepared
+    moves : int
+        How often the point where everything is linear is moved towards what all conditions together say.
     """
     problem = prepared.problem(range(len(prepared.measured.conditions)))
-    if fit.unknown_beside:
-        return None
+    if fit.unknown_beside and fit.compared is not None:
+        problem = _without(problem, fit.unknown_beside)
+        problem = replace(problem, transfer=fit.compared.transfer)
     if not fit.candidates:
         compared = problem.plain()
         return given_others(compared, compared.residual, np.zeros((0, compared.residual.size)), prepared.held_out)
-    predictor = problem.predictor
     try:
         if fit.problem is not None:
             problem = problem.moved(fit.problem.baseline.position - problem.baseline.position)
-        own = problem.baseline.machine
-        if not predictor.repeats(fit.machine(own)):
+        if not problem.predictor.repeats(fit.machine(problem.baseline.machine)):
             return None
-        around = again(problem.baseline, fit.machine(own), predictor)
-        response = around.lines - predictor.amplitudes(own)
-        alive = np.ones(fit.position.size, dtype=bool)
-        slopes = Responses(fit.candidates, own, predictor).slopes(fit.position, response, alive)
+        if moves:
+            response = Responses(fit.candidates, problem.baseline.machine, problem.predictor)(fit.position)
+            fit = jointly(replace(fit, response=response), problem, moves=moves)
+            problem = fit.problem or problem
+        return _given_fitted(fit, problem, prepared.held_out)
     except UnpredictableError:
         return None
+
+
+def _given_fitted(fit: Fit, problem: Problem, held_out: Sequence[int]) -> Predicted:
+    own, predictor = problem.baseline.machine, problem.predictor
+    around = again(problem.baseline, fit.machine(own), predictor)
+    response = around.lines - predictor.amplitudes(own)
+    alive = np.ones(fit.position.size, dtype=bool)
+    slopes = Responses(fit.candidates, own, predictor).slopes(fit.position, response, alive)
     compared = problem.around(around, response)
     residual, directions = prior_of(fit, compared.residual, compared.whitened(slopes), law_columns(compared, response))
-    return given_others(compared, residual, directions, prepared.held_out)
+    size = np.where(compared.seen, np.abs(response) / problem.lines.deviations, 0.0)
+    return given_others(compared, residual, directions, held_out, made=size.max(axis=(0, 1)) > SHOWN)
 
 
-def _refuted(posterior: Posterior, leading: Names) -> tuple[Posterior, tuple[str, ...]]:
-    """Return the posterior where the leading hypothesis leaves more of the held-out lines than noise would."""
-    chance = posterior.held_out[leading].chance
-    shares = dict(posterior.probabilities)
-    shares["unknown",] = max(shares["unknown",], shares[leading] * MISFIT / max(chance, 1e-300))
-    what = "The model without any effect" if not leading else f"With {_said(leading)} the model"
-    text = f"{what} misses the held-out conditions by more than noise (chance {chance:.0e}): something else acts."
-    return _with(posterior, shares), (text,)
+def _without(problem: Problem, orders: frozenset[int]) -> Problem:
+    """Return the problem with some orders not looked at."""
+    kept = np.array([number not in orders for number in range(len(problem.lines.orders))])
+    deviations = np.where(kept, problem.lines.deviations, np.inf)
+    return replace(problem, lines=replace(problem.lines, deviations=deviations))
 
 
-def _levelled(posterior: Posterior, leading: Names) -> tuple[Posterior, tuple[str, ...]]:
+def _unnamed(seen: Posterior, leading: Names) -> tuple[Posterior, tuple[str, ...]]:
+    """Return the posterior without the effect that was taken to act beside something unknown."""
+    shares = dict(seen.probabilities)
+    shares["unknown",] = shares.get(("unknown",), 0.0) + shares.pop(leading)
+    named = _said(leading[:-1])
+    return _with(seen, shares), (f"What {named} would make alone is not there in the held-out conditions: no name.",)
+
+
+def _refuted(seen: Posterior, prepared: Prepared, leading: Fit) -> tuple[Posterior, tuple[str, ...]]:
+    """Return the posterior where the leading hypothesis leaves more of the held-out lines than noise would.
+
+    Something unknown takes its place as far as that predicts them better: every model of a real machine is wrong.
+    """
+    own, shares = seen.held_out[leading.names], dict(seen.probabilities)
+    what = f"With {_said(leading.names)} the model" if leading.names else "The model without any effect"
+    text = f"{what} misses the held-out conditions by more than noise (chance {own.own_chance:.0e})"
+    more = seen.unknown.log_evidence + _unknown_density(prepared, seen) - leading.log_evidence - own.log_density
+    shares["unknown",] = max(shares["unknown",], shares[leading.names] * math.exp(min(more, LARGEST)))
+    better = shares["unknown",] > shares[leading.names]
+    return _with(seen, shares), (f"{text}{': something else acts' if better else ', and nothing known does better'}.",)
+
+
+def _unknown_density(prepared: Prepared, seen: Posterior) -> float:
+    """Return the logarithm of the density of the held-out lines, given the others, if something unknown acts."""
+    problem = prepared.problem(range(len(prepared.measured.conditions)))
+    tied = all(one.tied for one in problem.predictor.conditions)
+    kernels = force_kernels(problem.baseline.machine, problem.predictor) if tied else None
+    return unexplained(problem.plain(), kernels).log_evidence - seen.unknown.log_evidence
+
+
+def _levelled(seen: Posterior, prepared: Prepared, fits: Mapping[Names, Fit]) -> tuple[Posterior, tuple[str, ...]]:
     """Return the posterior where hypotheses that the held-out conditions favour are as probable as all lines say."""
-    top, shares, level = posterior.probabilities[leading], dict(posterior.probabilities), []
-    for names, one in posterior.held_out.items():
-        if names == leading or not shares.get(names):
-            continue
-        more = one.log_density - posterior.held_out[leading].log_density
-        after = math.log(shares[names] / top) + more
-        if more > 0:
+    leading = next(iter(seen.probabilities))
+    shares, top = dict(seen.probabilities), seen.probabilities[leading]
+    for names, one in seen.held_out.items():
+        more = one.log_density - seen.held_out[leading].log_density if leading in seen.held_out else 0.0
+        if more > 0 and shares.get(names):
+            after = math.log(shares[names] / top) + more
             # Only nothing at all may pass: that takes a name away.
             shares[names] = top * math.exp(after if not names else min(after, 0.0))
-            if leading and TOLD_APART * shares[names] > top > TOLD_APART * posterior.probabilities[names]:
-                level.append(names)
+    rivals = [names for names in fits if names not in ((), leading)][:RIVALS] if leading else []
+    if rivals:
+        own, *others = predicted_db([fits[names] for names in (leading, *rivals)], prepared)
+        for names, other in zip(rivals, others, strict=True):
+            shares[names] = top if other > own + BETTER_DB else shares[names]
+    level = [names for names in shares if TOLD_APART * shares[names] > top > TOLD_APART * seen.probabilities[names]]
     said = " and ".join(_said(names) or "nothing at all" for names in level)
     text = f"The held-out conditions are predicted better by {said} than by {_said(leading)}."
-    return _with(posterior, shares), ((text,) if level else ())
+    return _with(seen, shares), ((text,) if level and leading else ())
 
 
 def _with(posterior: Posterior, shares: Mapping[Names, float]) -> Posterior:

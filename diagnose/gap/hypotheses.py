@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,11 +33,14 @@ class Candidate:
         Of the parameters that are searched for.
     modifiers : frozenset of str
         Parameters that do nothing alone: they only change what others do.
+    placed : frozenset of str
+        Parameters whose value puts a line where the recordings show one.
     """
 
     effect: Effect
     coordinates: tuple[Coordinate, ...]
     modifiers: frozenset[str] = frozenset()
+    placed: frozenset[str] = frozenset()
 
     @property
     def name(self) -> str:
@@ -100,7 +103,7 @@ def candidates(
                 continue
             found += _variants(one, reach)
             for other, fixed in tuned(one, machine, found_lines):
-                found += _variants(other, reach, fixed)
+                found += [replace(one, placed=fixed) for one in _variants(other, reach, fixed)]
     return tuple(found)
 
 

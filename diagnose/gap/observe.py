@@ -29,6 +29,9 @@ SEGMENTS, LEAST_TURNS = 16, 4.0
 FEWEST_SEGMENTS = 4
 #: Noise power of a Hann-weighted mean over that of a plain mean.
 HANN_NOISE = 1.5
+#: Coefficients of 1, cos, cos 2, ... of windows: main lobes of 2 and 4 lines of the spectrum; the second one's side
+#: lobes are 92 dB down (F. J. Harris, Proc. IEEE 66 (1978) 51-83).
+HANN, BLACKMAN_HARRIS = (0.5, -0.5), (0.35875, -0.48829, 0.14128, -0.01168)
 #: The scatter of one line weighs as many degrees of freedom as it has; the probe's typical scatter weighs this many.
 TYPICAL_WEIGHT = 10.0
 #: A line is clear from so many standard deviations on; fewer clear ones say nothing of how slowly lines change.
@@ -279,15 +282,22 @@ def _slowness(change: np.ndarray, power: np.ndarray) -> float:
     return ratio if ratio > 1 + MEDIAN_SPREAD / math.sqrt(change.size) else 1.0
 
 
-def weighted_amplitudes(signals: np.ndarray, *, turns: np.ndarray, orders: np.ndarray) -> np.ndarray:
-    """Return complex amplitudes by a Hann window over the shaft's angle, shape (channels, orders)."""
+def weighted_amplitudes(
+    signals: np.ndarray, *, turns: np.ndarray, orders: np.ndarray, window: Sequence[float] = HANN
+) -> np.ndarray:
+    """Return complex amplitudes by a window over the shaft's angle, shape (channels, orders).
+
+    ``window`` are the coefficients of its cosines, `HANN` or `BLACKMAN_HARRIS`.
+    """
     centred = signals - signals.mean(axis=1, keepdims=True)
-    return _weighted_mean(centred, turns, np.exp(-2j * np.pi * np.outer(orders, turns)))
+    return _weighted_mean(centred, turns, np.exp(-2j * np.pi * np.outer(orders, turns)), window)
 
 
-def _weighted_mean(signals: np.ndarray, turns: np.ndarray, carriers: np.ndarray) -> np.ndarray:
-    position = (turns - turns[0]) / (turns[-1] - turns[0])
-    weight = (0.5 - 0.5 * np.cos(2 * np.pi * position)) * np.gradient(turns)
+def _weighted_mean(
+    signals: np.ndarray, turns: np.ndarray, carriers: np.ndarray, window: Sequence[float] = HANN
+) -> np.ndarray:
+    position = 2 * np.pi * (turns - turns[0]) / (turns[-1] - turns[0])
+    weight = sum(own * np.cos(k * position) for k, own in enumerate(window)) * np.gradient(turns)
     return (signals * weight) @ carriers.T * (2.0 / weight.sum())
 
 

@@ -34,7 +34,7 @@ from .wanted_lines import is_locked, size_line
 #: Harmonics above the highest order looked at: parametric effects couple neighbours.
 FURTHER_HARMONICS = 2
 #: Turns, and fewest samples, of a periodic motion on which effects of the measuring chain act.
-CHAIN_TURNS, CHAIN_SAMPLES = 16.0, 1000
+CHAIN_TURNS, CHAIN_SAMPLES = 24.0, 1000
 KEPT_MOTIONS = 8
 
 

@@ -72,14 +72,22 @@ class Predicted:
     log_density : float
     chance : float
         Of a distance as large as theirs, were the hypothesis true.
+    own_chance : float
+        The same of the lines that the hypothesis makes; 1 where it makes none.
     """
 
     log_density: float
     chance: float
+    own_chance: float
 
 
 def given_others(
-    compared: Comparison, residual: np.ndarray, directions: np.ndarray, conditions: Sequence[int]
+    compared: Comparison,
+    residual: np.ndarray,
+    directions: np.ndarray,
+    conditions: Sequence[int],
+    *,
+    made: np.ndarray | None = None,
 ) -> Predicted:
     """Return how probable the lines of some conditions are, given those of all others.
 
@@ -91,16 +99,27 @@ def given_others(
     directions : ndarray (directions, reals)
         Whitened: the covariance is I + D' D.
     conditions : sequence of int
+    made : ndarray (orders,), bool, optional
+        The orders that the hypothesis makes; all when not given.
     """
-    from scipy.stats import chi2
-
-    condition = np.concatenate([np.nonzero(part)[0] for part in compared.lines.parts])
+    condition, order = (np.concatenate([np.nonzero(part)[axis] for part in compared.lines.parts]) for axis in (0, 2))
     rows = np.flatnonzero(np.isin(condition, conditions))
     spread = compared.factor @ directions.T
     precision = np.linalg.inv(compared.factor @ compared.factor.T + spread @ spread.T)
     # The inverse of a block of the precision is the covariance given all others.
-    block = precision[np.ix_(rows, rows)]
-    weighted = (precision @ (compared.factor @ residual))[rows]
-    power = float(weighted @ np.linalg.solve(block, weighted))
-    density = -0.5 * power + 0.5 * float(np.linalg.slogdet(block)[1]) - 0.5 * rows.size * math.log(2 * math.pi)
-    return Predicted(density, float(chi2.sf(power, rows.size)))
+    own = np.linalg.inv(precision[np.ix_(rows, rows)])
+    error = own @ (precision @ (compared.factor @ residual))[rows]
+    power, chance = _distance(error, own)
+    density = -0.5 * power - 0.5 * float(np.linalg.slogdet(own)[1]) - 0.5 * rows.size * math.log(2 * math.pi)
+    chosen = np.flatnonzero(np.ones(rows.size, dtype=bool) if made is None else made[order[rows]])
+    return Predicted(density, chance, _distance(error[chosen], own[np.ix_(chosen, chosen)])[1])
+
+
+def _distance(error: np.ndarray, covariance: np.ndarray) -> tuple[float, float]:
+    """Return the squared distance in standard deviations, and its chance."""
+    from scipy.stats import chi2
+
+    if not error.size:
+        return 0.0, 1.0
+    power = float(error @ np.linalg.solve(covariance, error))
+    return power, float(chi2.sf(power, error.size))

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...simulators.machine import Machine
-from .baseline import Baseline, again, shifted
+from .baseline import Baseline, again
 from .coordinates import Coordinate, log_prior, values_at
 from .evidence import Comparison, Problem, Widened, law_columns, log_density, strength_columns
 from .hypotheses import Candidate
@@ -132,8 +132,8 @@ def climbed(
     predictor: Predictor,
     *,
     steps: int,
-) -> Climbed | None:
-    """Return the best of several starts after some steps; None where the motion cannot be computed.
+) -> list[Climbed]:
+    """Return where several starts have got to after some steps, the best first; those that can be computed.
 
     Levenberg-Marquardt on the whitened residual and the prior; the law's tolerance is that of the current response.
     """
@@ -144,7 +144,7 @@ def climbed(
             tried.append(_climb(response, start, precision, compared, steps))
         except UnpredictableError:
             continue
-    return min(tried, key=lambda one: one.objective) if tried else None
+    return sorted(tried, key=lambda one: one.objective)
 
 
 def refined(
@@ -220,13 +220,11 @@ def jointly(fit: Fit, problem: Problem, *, moves: int) -> Fit:
     if in_time:
         compared = _before_effects(problem.around(around, fit.response), fit)
         return replace(_fit(fit.candidates, fit.position, fit.response, fit.slopes, compared), problem=problem)
-    best = fit
+    best, least = fit, math.inf
     for count in range(moves + 1):
         baseline = problem.baseline
         try:
-            around = shifted(
-                around, fit.machine(baseline.machine), baseline.position - around.position, problem.predictor
-            )
+            around = again(replace(baseline, active=moving), fit.machine(baseline.machine), problem.predictor)
         except UnpredictableError:
             break
         compared = problem.around(around, fit.response)
@@ -235,14 +233,15 @@ def jointly(fit: Fit, problem: Problem, *, moves: int) -> Fit:
         if found is None:
             break
         fit = replace(found, problem=problem)
-        if best.problem is None or fit.log_evidence > best.log_evidence:
-            best = fit
         learnt = compared.learnt @ Widened(fit.law).solve(fit.residual)
         change = (compared.known + learnt)[: baseline.position.size]
-        change *= min(1.0, LONGEST_MOVE / max(float(np.abs(change).max(initial=0.0)), 1e-300))
-        if count == moves or np.abs(change).max(initial=0.0) < SMALL_CHANGE:
+        largest = float(np.abs(change).max(initial=0.0))
+        # Evidence is that of the most probable values; on the way there it may be larger, and means nothing.
+        if largest < least:
+            best, least = fit, largest
+        if count == moves or largest < SMALL_CHANGE:
             break
-        problem = problem.moved(change)
+        problem = problem.moved(change * min(1.0, LONGEST_MOVE / largest))
     return best
 
 

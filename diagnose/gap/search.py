@@ -25,7 +25,7 @@ PRIOR = {"none": 0.4, "one": 0.4, "two": 0.1, "unknown": 0.06, "beside": 0.04}
 #: machine re-fitted beside them.
 REFINED, FINISHED, JOINT = 8, 4, 3
 #: The machine's own unknowns are moved so often for hypotheses whose evidence is this close to the best.
-MOVES, CLOSE = 3, 30.0
+MOVES, CLOSE = 5, 30.0
 #: An effect with so much less evidence than nothing at all is not followed.
 HOPELESS = 5.0
 #: Where nothing at all explains the data with this chance, effects that are no better in the first look are not
@@ -35,8 +35,9 @@ GOOD = 0.05
 FAR_BEHIND = 300.0
 #: Parts and variants of one effect that are followed.
 PLACES = 2
-#: Starts of one effect, and of one that is simulated in time.
-STARTS, STARTS_IN_TIME = 2, 1
+#: Starts of one effect, and of one that is simulated in time; of one whose response bends with its strength each is
+#: followed to the end, as a contact that opens in some of the conditions only makes hills between them.
+STARTS, STARTS_IN_TIME, STARTS_OF_BENT = 2, 1, 3
 #: Best single effects to which partners are tried, and partners of each.
 LEADERS, PARTNERS = 2, 2
 #: A second effect needs this much more evidence than the best single one.
@@ -165,17 +166,7 @@ def search(
         if options[0].score > every[0][0].score - FAR_BEHIND
         or predictor.repeats(machine.with_effects(options[0].candidate.at(options[0].position)))
     ]
-    begun: list[tuple[Climbed, Candidate]] = []
-    for rank, options in enumerate(screened):
-        tell(f"effect {rank + 1} of {len(screened)}: {options[0].candidate}")
-        one = options[0].candidate
-        repeats = predictor.repeats(machine.with_effects(one.at(options[0].position)))
-        places = [option.position for option in options[: STARTS if repeats else STARTS_IN_TIME]]
-        first = climbed([one], places, compared, machine, predictor, steps=FIRST_STEPS)
-        begun += [(first, one)] if first else []
-    begun.sort(key=lambda item: item[0].objective)
-    found = [refined([one], first.position, compared, machine, predictor) for first, one in begun[:FINISHED]]
-    singles = [fit for fit in found if fit]
+    singles = _singles(screened, screening, problem, tell)
     singles = [fit for fit in singles if fit.log_evidence > none.log_evidence - HOPELESS]
     singles = _jointly_best(singles, problem, none) if singles else []
     pairs = _pairs(singles, screening, problem, none, tell) if singles else []
@@ -189,6 +180,27 @@ def search(
         return posterior
     beside = beside_unknown(problem, screening, unknown, _few_of_each, tell=tell)
     return _posterior(compared, none, (*fits, *beside), unknown, count, rest) if beside else posterior
+
+
+def _singles(screened: list[list[Start]], screening: Screening, problem: Problem, tell: Tell) -> list[Fit]:
+    """Return the fits of single effects: a few steps with each, the best of them to the end."""
+    compared, machine, predictor = problem.plain(), problem.baseline.machine, problem.predictor
+    begun: list[tuple[Candidate, list[Climbed]]] = []
+    for rank, options in enumerate(screened):
+        one = options[0].candidate
+        tell(f"effect {rank + 1} of {len(screened)}: {one}")
+        repeats = predictor.repeats(machine.with_effects(one.at(options[0].position)))
+        bent = repeats and any(not atom.proportional for atom in screening.atoms[one])
+        count = STARTS_OF_BENT if bent else STARTS if repeats else STARTS_IN_TIME
+        places = [option.position for option in options[:count]]
+        tried = climbed([one], places, compared, machine, predictor, steps=FIRST_STEPS)
+        begun += [(one, tried if bent else tried[:1])] if tried else []
+    begun.sort(key=lambda item: item[1][0].objective)
+    found = []
+    for one, tried in begun[:FINISHED]:
+        fits = [refined([one], first.position, compared, machine, predictor) for first in tried]
+        found += sorted((fit for fit in fits if fit), key=lambda fit: -fit.log_evidence)[:1]
+    return found
 
 
 def _few_of_each(screened: list[list[Start]]) -> list[list[Start]]:
@@ -270,10 +282,10 @@ def _pairs(
             places = [np.concatenate([leader.position, o.position]) for o in options[:STARTS]]
             both = [leader.candidates[0], options[0].candidate]
             machine, predictor = problem.baseline.machine, problem.predictor
-            first = climbed(both, places, compared, machine, predictor, steps=FIRST_STEPS)
-            if first is None or _explains_little(2 * first.objective, none):
+            tried = climbed(both, places, compared, machine, predictor, steps=FIRST_STEPS)
+            if not tried or _explains_little(2 * tried[0].objective, none):
                 continue
-            fit = refined(both, first.position, compared, machine, predictor)
+            fit = refined(both, tried[0].position, compared, machine, predictor)
             found += [fit] if fit else []
     kept: dict[tuple[str, ...], Fit] = {}
     for fit in sorted(found, key=lambda fit: -fit.log_evidence):

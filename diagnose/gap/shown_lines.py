@@ -12,6 +12,8 @@ from .wanted_lines import is_locked, same_line
 
 #: A line shows from this many standard deviations on, at any probe and in any condition.
 SHOWN = 3.0
+#: From so many on it is clear beyond the chance of the many lines compared.
+CLEAR = 6.0
 #: Of an effect's lines, which it states strongest first, so many are asked for.
 STRONGEST = 2
 
@@ -44,6 +46,13 @@ def may_show(candidate: Candidate, machine: Machine, compared: Comparison) -> bo
         and any(same_line((abs(line.order), line.frequency_hz), (order, kind.frequency_hz), speeds) for line in lines)
     ]
     return not columns or bool((sigmas(compared)[:, :, columns] > SHOWN).any())
+
+
+def standing_out(compared: Comparison) -> tuple[tuple[float, float], ...]:
+    """Return order and added frequency (0) of the lines with phase that clearly differ from what is expected."""
+    lines, size = compared.lines, sigmas(compared).max(axis=(0, 1))
+    both = zip(lines.orders, lines.kinds, size, strict=True)
+    return tuple((order, 0.0) for order, kind, own in both if kind.phase and own > CLEAR)
 
 
 def sigmas(compared: Comparison) -> np.ndarray:

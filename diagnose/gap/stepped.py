@@ -15,7 +15,7 @@ from ...simulators.sensor_record import SensorRecord
 from ...simulators.solvers.simulate import Simulation, simulate_motion
 from .line_sizes import line_sizes
 from .lines import LineKind
-from .observe import weighted_amplitudes
+from .observe import BLACKMAN_HARRIS, weighted_amplitudes
 
 #: Turns of the shaft that are simulated: neighbouring orders, and sidebands a tenth of an order away, are told apart.
 TURNS = 24.0
@@ -94,7 +94,8 @@ def lines_of_record(
     with_phase = np.array([kind.phase for kind in kinds])
     locked = np.array(orders)[with_phase]
     result = np.zeros((len(rows), len(orders)), dtype=complex)
-    result[:, with_phase] = weighted_amplitudes(signals, turns=turns, orders=locked)
+    # Simulated records are shorter than measured ones: what lies beside an order must not leak into it for that.
+    result[:, with_phase] = weighted_amplitudes(signals, turns=turns, orders=locked, window=BLACKMAN_HARRIS)
     if not with_phase.all():
         result[:, ~with_phase] = line_sizes(
             signals,

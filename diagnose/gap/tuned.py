@@ -20,7 +20,7 @@ from .wanted_lines import STRUCK
 SUPPLIES_HZ, SUPPLY_WANDER = (50.0, 60.0), 0.005
 #: Places of a prior that are looked at, in standard coordinates, and halvings of the interval between two of them.
 PLACES, HALVINGS = np.linspace(-2.5, 2.5, 51), 40
-#: Values closer than this share are one.
+#: Values closer than this share are one: so well is the place of a line known.
 SAME = 0.01
 
 Tuned = tuple[Effect, frozenset[str]]
@@ -34,7 +34,7 @@ def tuned(effect: Effect, machine: Machine, found: Sequence[tuple[float, float]]
     effect : Effect
     machine : Machine
     found : sequence of tuple of float
-        Lines that the recordings show: order, and frequency in Hz added to it.
+        Lines that the recordings show and the model lacks: order, and frequency in Hz added to it.
     """
     frequencies = [added for order, added in found if order == 0]
     orders = [order for order, added in found if order > 0 and not added]
@@ -74,6 +74,11 @@ def _at_orders(effect: Effect, machine: Machine, orders: Sequence[float]) -> lis
     return result
 
 
+def _whole(value: float) -> float:
+    """Return a whole number that bisection has come close to: the motion then repeats with the shaft."""
+    return float(round(value)) if abs(value - round(value)) < 1e-9 else value
+
+
 def _values_for(effect: Effect, declared: Parameter, machine: Machine, order: float) -> list[float]:
     """Return the values of a parameter at which one of the effect's lines lies at an order."""
     coordinate = Coordinate(declared)
@@ -87,9 +92,9 @@ def _values_for(effect: Effect, declared: Parameter, machine: Machine, order: fl
         rows = [places(z) for z in PLACES]
     except RotorwiseError:
         return []
-    if len({row.size for row in rows}) != 1 or not rows[0].size:
-        return []
-    away = np.array(rows) - order
+    most = max(row.size for row in rows)
+    # A line may be missing at some of the values: a difference of two orders that is 0.
+    away = np.array([np.pad(row, (0, most - row.size), constant_values=np.nan) for row in rows]) - order
     values = []
     for line in range(away.shape[1]):
         for k in np.flatnonzero(away[:-1, line] * away[1:, line] < 0):
@@ -97,5 +102,5 @@ def _values_for(effect: Effect, declared: Parameter, machine: Machine, order: fl
             for _ in range(HALVINGS):
                 middle = (low + high) / 2
                 low, high = (middle, high) if np.sign(places(middle)[line] - order) == sign else (low, middle)
-            values.append(coordinate.value((low + high) / 2))
+            values.append(_whole(coordinate.value((low + high) / 2)))
     return values

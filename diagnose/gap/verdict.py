@@ -22,6 +22,7 @@ from .refine import Fit
 from .result import Cause, Estimate, Gain, GapResult, ResidualLine, Score
 from .search import Posterior
 from .shown_lines import sigmas
+from .tuned import SAME
 from .wanted_lines import is_locked
 from .waveform import SUSPECTED, accounts_for_lines
 
@@ -171,6 +172,10 @@ def _causes(best: Fit, probabilities: Mapping[tuple[str, ...], float], machine: 
             anywhere = best.coordinates[number].is_angle and not has_phase
             low, high = (-math.pi, math.pi) if anywhere else best.interval(number)
             estimates[parameter.name] = Estimate(values[parameter.name], low, high, parameter.unit)
+        for one in candidate.effect.parameters():
+            if one.name in candidate.placed:
+                value = candidate.effect.values()[one.name]
+                estimates[one.name] = Estimate(value, (1 - SAME) * value, (1 + SAME) * value, one.unit)
         share = sum(p for names, p in probabilities.items() if candidate.name in names)
         found.append(Cause(candidate.name, candidate.effect.at, share, estimates, candidate.effect.CHECK))
         start = stop

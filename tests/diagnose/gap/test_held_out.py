@@ -52,11 +52,21 @@ def _after(
     densities: dict[tuple[str, ...], float],
     *,
     chance: float = 0.5,
+    gains: dict[tuple[str, ...], float] | None = None,
+    unknown: float = 0.0,
+    all_chance: float = 1.0,
 ) -> tuple[Posterior, tuple[str, ...]]:
-    fits = [SimpleNamespace(names=names) for names in shares if names and names != UNKNOWN]
-    none: Any = SimpleNamespace(names=())
-    posterior = Posterior(None, none, tuple(fits), None, shares, 0.5)  # pyright: ignore[reportArgumentType]
-    monkeypatch.setattr(held_out, "predicted", lambda fit, _: Predicted(densities[fit.names], chance))
+    fits: Any = [SimpleNamespace(names=names, log_evidence=0.0) for names in shares if names and names != UNKNOWN]
+    none: Any = SimpleNamespace(names=(), log_evidence=-4.0)
+    something: Any = SimpleNamespace(log_evidence=0.0)
+    compared: Any = None
+    posterior = Posterior(compared, none, tuple(fits), something, shares, 0.5)
+    monkeypatch.setattr(held_out, "_unknown_density", lambda *_: unknown)
+    monkeypatch.setattr(
+        held_out, "predicted", lambda fit, _, moves=0: Predicted(densities[fit.names], min(chance, all_chance), chance)
+    )
+    own = gains or dict.fromkeys(shares, 10.0)
+    monkeypatch.setattr(held_out, "predicted_db", lambda fits, _: [own[fit.names] for fit in fits])
     prepared: Any = SimpleNamespace(held_out=(1,))
     return checked(prepared, posterior)
 
@@ -89,12 +99,49 @@ def test_nothing_at_all_may_take_a_name_away(monkeypatch):
     assert judged(found.probabilities)[0] == "none"
 
 
+@pytest.mark.parametrize("unknown", [20.0, -10.0])
 @pytest.mark.parametrize("chance", [1e-3, 1e-12, 0.0])
-def test_what_misses_the_held_out_conditions_is_unknown_the_more_it_does(monkeypatch, chance):
+def test_what_misses_the_held_out_conditions_is_unknown_if_that_predicts_them_better(monkeypatch, chance, unknown):
     shares = {LEFT: 0.97, (): 0.02, UNKNOWN: 0.01}
-    found, remarks = _after(monkeypatch, shares, {LEFT: 5.0, (): 0.0}, chance=chance)
+    found, remarks = _after(monkeypatch, shares, {LEFT: 5.0, (): 0.0}, chance=chance, unknown=unknown)
     if chance == 1e-3:
         assert found.probabilities == pytest.approx(shares)
+        assert not remarks
     else:
-        assert judged(found.probabilities)[0] == "unknown"
+        assert judged(found.probabilities)[0] == ("unknown" if unknown > 5.0 else "one cause")
         assert remarks[0].startswith("With left the model misses the held-out conditions")
+
+
+def test_an_effect_whose_lines_lie_clearly_nearer_draws_level(monkeypatch):
+    shares = {LEFT: 0.97, RIGHT: 1e-13, (): 0.02, UNKNOWN: 0.01}
+    densities = {LEFT: 5.0, RIGHT: 5.0, (): -30.0}
+    found, remarks = _after(monkeypatch, shares, densities, gains={LEFT: 14.9, RIGHT: 32.0})
+    assert judged(found.probabilities) == ("one cause", LEFT, [LEFT, RIGHT])
+    assert remarks
+    found, remarks = _after(monkeypatch, shares, densities, gains={LEFT: 30.0, RIGHT: 32.0})
+    assert found.probabilities == pytest.approx(shares)
+    assert not remarks
+
+
+def test_lines_that_the_effect_does_not_make_are_told_and_take_no_name_away(monkeypatch):
+    shares = {LEFT: 0.97, (): 0.02, UNKNOWN: 0.01}
+    found, remarks = _after(monkeypatch, shares, {LEFT: 5.0, (): 0.0}, all_chance=1e-9, unknown=20.0)
+    assert found.probabilities == pytest.approx(shares)
+    assert remarks == (
+        "In the held-out conditions lines stand out that left does not make: something else acts there.",
+    )
+
+
+def test_the_chance_of_own_lines_is_that_of_these_alone():
+    shape = (2, 1, 2)
+    conditions = tuple(Condition(speed) for speed in (100.0, 10000.0))
+    lines = OrderLines(conditions, ("a",), (1.0, 2.0), np.ones(shape, dtype=complex), np.ones(shape))
+    alone = _baseline(2, np.array([1e-9]), np.zeros(1))
+    alone = type(alone)(**{**vars(alone), "lines": np.zeros(shape), "slopes": np.zeros((1, *shape))})
+    compared = comparison(lines, alone, None, None, np.full((1, 2), 0.1))
+    order = np.concatenate([np.nonzero(part)[2] for part in lines.parts])
+    # Only 2X is far off; the hypothesis makes 1X.
+    residual = np.where(order == 1, 10.0, 0.0)
+    found = given_others(compared, residual, np.zeros((0, residual.size)), [1], made=np.array([True, False]))
+    assert found.chance < 1e-10
+    assert found.own_chance == pytest.approx(1.0)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from rotorwise.diagnose.gap.lines import Condition, LineKind
+from rotorwise.diagnose.gap.observe import BLACKMAN_HARRIS, weighted_amplitudes
 from rotorwise.diagnose.gap.predict import Predictor
 from rotorwise.simulators.effect import make_effect
 from rotorwise.simulators.machine import find_machine
@@ -60,3 +61,16 @@ def test_a_line_close_to_an_order_is_predicted_as_far_as_the_recording_shows_it(
     names = [probe.name for probe in motion.probes]
     expected = [0.05 * 0.4 * swing[names.index(name)] for name in predictor.probes[:2]]
     assert change[:2].real == pytest.approx(expected, rel=0.05)
+
+
+def test_what_lies_beside_an_order_does_not_leak_into_it():
+    # 4.5 lines of the spectrum of 24 turns beside 3X: the nearest that `least_seconds` lets any line be.
+    turns = np.arange(0.0, 24.0, 1 / 64)
+    beside = np.cos(2 * np.pi * (3 + 4.5 / 24) * turns + 0.3)
+    order = np.array([3.0])
+    hann = weighted_amplitudes(beside[None], turns=turns, orders=order)
+    assert abs(hann[0, 0]) > 1e-3
+    assert abs(weighted_amplitudes(beside[None], turns=turns, orders=order, window=BLACKMAN_HARRIS)[0, 0]) < 1e-4
+    own = np.cos(2 * np.pi * 3 * turns + 0.3)
+    found = weighted_amplitudes(own[None], turns=turns, orders=order, window=BLACKMAN_HARRIS)[0, 0]
+    assert found == pytest.approx(np.exp(0.3j), rel=1e-6)

@@ -32,3 +32,11 @@ def test_a_frequency_is_taken_as_it_is_found():
 
 def test_what_states_no_free_line_is_not_tuned():
     assert tuned(make_effect("unbalance", {}, at="disc"), RIG, [(1.3, 0.0), (0.0, 37.0)]) == []
+
+
+def test_a_whole_order_is_met_exactly():
+    # 3X of a bolted coupling: the ripple is at 2, 3 or 4 times a turn; then everything repeats with the shaft.
+    effect = make_effect("torque_ripple", {"torque_n_m": 40.0})
+    machine = find_machine("rigid_coupling")
+    found = [one.values()["order"] for one, given in tuned(effect, machine, [(3.0, 0.0)]) if given == {"order"}]
+    assert sorted(found) == [2.0, 3.0, 4.0]
