@@ -23,6 +23,7 @@ from rotorwise.diagnose.features import features
 from rotorwise.diagnose.observe import observe
 from rotorwise.diagnose.signal.blind_sidebands import find_families
 from rotorwise.diagnose.signal.cepstrum import band_cepstrum
+from rotorwise.diagnose.signal.denoise import wavelet_denoise
 from rotorwise.diagnose.signal.envelope import squared_envelope_spectrum
 from rotorwise.diagnose.signal.integrate import band_velocity
 from rotorwise.diagnose.signal.kurtogram import fast_kurtogram
@@ -171,6 +172,7 @@ def against_fft(signals: dict[str, np.ndarray]) -> list[tuple[str, float]]:
         "velocity, 10-1000 Hz": lambda: band_velocity(
             x, rate_hz=rate, quantity="acceleration", low_hz=10.0, high_hz=1000.0
         ),
+        "wavelet denoising": lambda: wavelet_denoise(x),
         "prewhitening": lambda: prewhiten(x),
         "squared envelope spectrum": lambda: squared_envelope_spectrum(
             x, rate_hz=rate, low_hz=6e3, high_hz=8e3, **floor

@@ -24,7 +24,7 @@ MODULES = [
 ]
 MOST_LINES_A_FILE = 400
 MOST_LINES_A_FUNCTION = 60
-HEAVY = ("numpy", "scipy", "pandas", "plotly", "sklearn", "numba", "pyarrow", "h5py")
+HEAVY = ("numpy", "scipy", "pandas", "plotly", "sklearn", "numba", "pyarrow", "h5py", "pywt")
 
 
 def imported_packages(source: str, path: Path) -> set[str]:
