@@ -3,7 +3,8 @@
 Evidence in the fitted conditions weighs priors as well as data, and supposes that the laws compared hold. The held-out
 conditions are a second witness: a hypothesis, fitted to the others, gives their lines a density before they are seen.
 They may withdraw a name but not give one, so that the gain stays one on recordings that nothing was chosen by: another
-effect can draw level with the leading one, no more; nothing at all, or something unknown, can take its place. Densities
+effect can draw level with the leading one, no more; nothing at all, or something unknown, can take its place. Of those
+that are level the best there is shown first, and that is said. Densities
 hold what the machine's own unknowns leave open; where these are wide, and the evidence of a fit on a long ridge is
 uncertain, the plain distance from the most probable lines tells more.
 """
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
 Names = tuple[str, ...]
 #: A rival whose held-out error is this much smaller draws level, of the most probable ones.
 BETTER_DB, RIVALS = 3.0, 4
+#: And stands in front of what it is level with, the best one first: too little to count as more probable.
+AHEAD = 1e-6
 #: A logarithm of a ratio that is as good as certain, and no overflow.
 LARGEST = 100.0
 
@@ -165,10 +168,13 @@ def _levelled(seen: Posterior, prepared: Prepared, fits: Mapping[Names, Fit]) ->
     if rivals:
         own, *others = predicted_db([fits[names] for names in (leading, *rivals)], prepared)
         for names, other in zip(rivals, others, strict=True):
-            shares[names] = top if other > own + BETTER_DB else shares[names]
+            if other > own + BETTER_DB:
+                shares[names] = top * (1 + AHEAD * (other - own))
     level = [names for names in shares if TOLD_APART * shares[names] > top > TOLD_APART * seen.probabilities[names]]
     said = " and ".join(_said(names) or "nothing at all" for names in level)
     text = f"The held-out conditions are predicted better by {said} than by {_said(leading)}."
+    if any(shares[names] > top for names in level if names):
+        text += " What stands in front does so for that: its gain is not one on conditions that nothing was chosen by."
     return _with(seen, shares), ((text,) if level and leading else ())
 
 

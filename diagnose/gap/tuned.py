@@ -20,6 +20,8 @@ from .wanted_lines import STRUCK
 SUPPLIES_HZ, SUPPLY_WANDER = (50.0, 60.0), 0.005
 #: Places of a prior that are looked at, in standard coordinates, and halvings of the interval between two of them.
 PLACES, HALVINGS = np.linspace(-2.5, 2.5, 51), 40
+#: A place this close is met.
+EXACT = 1e-9
 #: Values closer than this share are one: so well is the place of a line known.
 SAME = 0.01
 
@@ -96,8 +98,10 @@ def _values_for(effect: Effect, declared: Parameter, machine: Machine, order: fl
     # A line may be missing at some of the values: a difference of two orders that is 0.
     away = np.array([np.pad(row, (0, most - row.size), constant_values=np.nan) for row in rows]) - order
     values = []
-    for line in range(away.shape[1]):
-        for k in np.flatnonzero(away[:-1, line] * away[1:, line] < 0):
+    # Lines that stay where they are, whatever the value, are not put anywhere by it.
+    for line in np.flatnonzero(np.nanmax(away, axis=0) - np.nanmin(away, axis=0) > EXACT):
+        values += [_whole(coordinate.value(PLACES[k])) for k in np.flatnonzero(np.abs(away[:, line]) < EXACT)]
+        for k in np.flatnonzero(away[:-1, line] * away[1:, line] < -(EXACT**2)):
             low, high, sign = PLACES[k], PLACES[k + 1], np.sign(away[k, line])
             for _ in range(HALVINGS):
                 middle = (low + high) / 2

@@ -116,8 +116,10 @@ def test_an_effect_whose_lines_lie_clearly_nearer_draws_level(monkeypatch):
     shares = {LEFT: 0.97, RIGHT: 1e-13, (): 0.02, UNKNOWN: 0.01}
     densities = {LEFT: 5.0, RIGHT: 5.0, (): -30.0}
     found, remarks = _after(monkeypatch, shares, densities, gains={LEFT: 14.9, RIGHT: 32.0})
-    assert judged(found.probabilities) == ("one cause", LEFT, [LEFT, RIGHT])
-    assert remarks
+    kind, names, together = judged(found.probabilities)
+    assert (kind, names, together) == ("one cause", RIGHT, [RIGHT, LEFT])
+    assert found.probabilities[RIGHT] == pytest.approx(found.probabilities[LEFT], rel=1e-4)
+    assert remarks[0].endswith("not one on conditions that nothing was chosen by.")
     found, remarks = _after(monkeypatch, shares, densities, gains={LEFT: 30.0, RIGHT: 32.0})
     assert found.probabilities == pytest.approx(shares)
     assert not remarks

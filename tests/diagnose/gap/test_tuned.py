@@ -40,3 +40,17 @@ def test_a_whole_order_is_met_exactly():
     machine = find_machine("rigid_coupling")
     found = [one.values()["order"] for one, given in tuned(effect, machine, [(3.0, 0.0)]) if given == {"order"}]
     assert sorted(found) == [2.0, 3.0, 4.0]
+
+
+def test_a_line_that_stays_where_it_is_tunes_nothing():
+    # Looseness has parameters without a unit, and lines of the shaft's own orders only.
+    machine = find_machine("rigid_coupling")
+    assert tuned(make_effect("looseness", {}, at="support_2"), machine, [(1.0, 0.0), (2.0, 0.0)]) == []
+
+
+def test_the_order_a_parameter_has_by_default_is_one_of_the_places():
+    # 2X of a bolted coupling: a ripple once a turn, which is the middle of its prior, or twice, or three times.
+    effect = make_effect("torque_ripple", {"torque_n_m": 40.0})
+    machine = find_machine("rigid_coupling")
+    found = [one.values()["order"] for one, given in tuned(effect, machine, [(2.0, 0.0)]) if given == {"order"}]
+    assert sorted(found) == [1.0, 2.0, 3.0]
