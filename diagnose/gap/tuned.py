@@ -14,6 +14,7 @@ from ...simulators.errors import RotorwiseError
 from ...simulators.machine import Machine
 from ...simulators.parameter import Parameter
 from .coordinates import Coordinate
+from .line_sizes import SLIP
 from .wanted_lines import STRUCK
 
 #: Supplies of the world, and by how much a line may be off its multiples.
@@ -41,6 +42,26 @@ def tuned(effect: Effect, machine: Machine, found: Sequence[tuple[float, float]]
     frequencies = [added for order, added in found if order == 0]
     orders = [order for order, added in found if order > 0 and not added]
     return _at_frequencies(effect, machine, frequencies) + _at_orders(effect, machine, orders)
+
+
+def in_band(effect: Effect, machine: Machine, name: str) -> tuple[float, float] | None:
+    """Return between which values of a parameter the lines of a struck part stay in the band where their size is read.
+
+    Sizes do not tell where in its band a line lies: values between these are alike. None for other parameters.
+    """
+    declared = next(one for one in effect.parameters() if one.name == name)
+    if effect.ROLE not in STRUCK or declared.unit or declared.prior is None:
+        return None
+    coordinate = Coordinate(declared)
+    values = [coordinate.value(z) for z in PLACES]
+
+    # How many harmonics there are depends on the size; all move by the same share.
+    places = [effect.with_values(**{name: value}).signature(machine)[0].order for value in values]
+    if max(places) - min(places) < EXACT:
+        return None
+    nominal = type(effect)(at=effect.at).signature(machine)[0].order
+    near = [v for v, place in zip(values, places, strict=True) if abs(place / nominal - 1) <= SLIP]
+    return (min(near), max(near)) if near else None
 
 
 def _at_frequencies(effect: Effect, machine: Machine, frequencies_hz: Sequence[float]) -> list[Tuned]:

@@ -22,7 +22,7 @@ from .refine import Fit
 from .result import Cause, Estimate, Gain, GapResult, ResidualLine, Score
 from .search import Posterior
 from .shown_lines import sigmas
-from .tuned import SAME
+from .tuned import SAME, in_band
 from .wanted_lines import is_locked
 from .waveform import SUSPECTED, accounts_for_lines
 
@@ -171,6 +171,8 @@ def _causes(best: Fit, probabilities: Mapping[tuple[str, ...], float], machine: 
             parameter = best.coordinates[number].parameter
             anywhere = best.coordinates[number].is_angle and not has_phase
             low, high = (-math.pi, math.pi) if anywhere else best.interval(number)
+            alike = in_band(candidate.at(best.position[start:stop]), machine, parameter.name)
+            low, high = (min(low, alike[0]), max(high, alike[1])) if alike else (low, high)
             estimates[parameter.name] = Estimate(values[parameter.name], low, high, parameter.unit)
         for one in candidate.effect.parameters():
             if one.name in candidate.placed:

@@ -1,7 +1,7 @@
 """Effects that can choose where their line lies, put where the recordings show one."""
 
 import pytest
-from rotorwise.diagnose.gap.tuned import tuned
+from rotorwise.diagnose.gap.tuned import in_band, tuned
 from rotorwise.simulators.effect import make_effect
 from rotorwise.simulators.machine import find_machine
 
@@ -54,3 +54,13 @@ def test_the_order_a_parameter_has_by_default_is_one_of_the_places():
     machine = find_machine("rigid_coupling")
     found = [one.values()["order"] for one, given in tuned(effect, machine, [(2.0, 0.0)]) if given == {"order"}]
     assert sorted(found) == [1.0, 2.0, 3.0]
+
+
+def test_a_slip_is_known_no_better_than_the_band_in_which_its_line_is_looked_for():
+    # The band is 2 % either way of the line at the usual slip of 1.5 %: all of the prior, 0 to 3 %, lies in it.
+    effect = make_effect("outer_race_defect", {"slip": 0.011, "size_m": 1e-4}, at="bearing_a")
+    low, high = in_band(effect, RIG, "slip") or (1.0, 1.0)
+    assert low == pytest.approx(0.0, abs=1e-3)
+    assert high == pytest.approx(0.03, abs=1e-3)
+    assert in_band(effect, RIG, "size_m") is None
+    assert in_band(make_effect("pole_pass", {}, at="motor"), RIG, "slip") is None
