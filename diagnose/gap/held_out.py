@@ -24,7 +24,7 @@ from .gain import predicted_db
 from .judged import TOLD_APART
 from .predict import UnpredictableError
 from .prediction import Predicted, given_others, prior_of
-from .refine import Fit, Responses, jointly
+from .refine import FIRST_STEPS, Fit, Responses, climbed, jointly
 from .search import MISFIT, MOVES, Posterior
 from .shown_lines import SHOWN
 from .unknown_force import force_kernels, unexplained
@@ -37,6 +37,8 @@ Names = tuple[str, ...]
 BETTER_DB, RIVALS = 3.0, 4
 #: And stands in front of what it is level with, the best one first: too little to count as more probable.
 AHEAD = 1e-6
+#: Starts about a fit, so many of its standard deviations wide.
+STARTS_NEAR, WIDER = 6, 2.0
 #: A logarithm of a ratio that is as good as certain, and no overflow.
 LARGEST = 100.0
 
@@ -97,12 +99,21 @@ def predicted(fit: Fit, prepared: Prepared, *, moves: int = 0) -> Predicted | No
         if not problem.predictor.repeats(fit.machine(problem.baseline.machine)):
             return None
         if moves:
-            response = Responses(fit.candidates, problem.baseline.machine, problem.predictor)(fit.position)
-            fit = jointly(replace(fit, response=response), problem, moves=moves)
+            fit = jointly(_from_near(fit, problem), problem, moves=moves)
             problem = fit.problem or problem
         return _given_fitted(fit, problem, prepared.held_out)
     except UnpredictableError:
         return None
+
+
+def _from_near(fit: Fit, problem: Problem) -> Fit:
+    """Return the fit a few steps nearer to what all conditions say, from the best of several starts about it."""
+    draws = np.random.default_rng(0).multivariate_normal(fit.position, WIDER**2 * fit.covariance, size=STARTS_NEAR)
+    machine, predictor = problem.baseline.machine, problem.predictor
+    tried = climbed(fit.candidates, [fit.position, *draws], problem.plain(), machine, predictor, steps=FIRST_STEPS)
+    if not tried:
+        raise UnpredictableError(f"No start near {_said(fit.names)} can be computed.")
+    return replace(fit, position=tried[0].position, response=tried[0].added)
 
 
 def _given_fitted(fit: Fit, problem: Problem, held_out: Sequence[int]) -> Predicted:
