@@ -55,7 +55,8 @@ def checked(prepared: Prepared, posterior: Posterior) -> tuple[Posterior, tuple[
     known = {names: one for names, one in found.items() if one is not None}
     if leading in known and known[leading].own_chance < MISFIT:
         # A contact that opens at another speed than the fit has it is no other cause: look from where all is explained.
-        known[leading] = predicted(fits[leading], prepared, moves=MOVES) or known[leading]
+        nearer = predicted(fits[leading], prepared, moves=MOVES) or known[leading]
+        known[leading] = max(known[leading], nearer, key=lambda one: one.log_density)
     wrong = leading in known and known[leading].own_chance < MISFIT
     # Of an effect beside something unknown only its own order was looked at: no density to set beside those of others.
     seen = replace(posterior, held_out={names: one for names, one in known.items() if "unknown" not in names})
