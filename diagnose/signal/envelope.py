@@ -87,12 +87,14 @@ def band_envelope(signal: np.ndarray, *, rate_hz: float, low_hz: float, high_hz:
     """
     if not 0 <= low_hz < high_hz <= 0.5 * rate_hz * (1 + 1e-9):
         raise InvalidValueError(f"Band {low_hz}-{high_hz} Hz at rate {rate_hz} Hz; allowed: 0 <= low < high <= rate/2.")
-    return _envelope_from_transform(fft.rfft(signal - np.mean(signal)), signal.size, rate_hz, low_hz, high_hz)
+    transform = fft.rfft(signal - np.mean(signal))
+    return envelope_from_transform(transform, signal.size, rate_hz=rate_hz, low_hz=low_hz, high_hz=high_hz)
 
 
-def _envelope_from_transform(
-    transform: np.ndarray, samples: int, rate_hz: float, low_hz: float, high_hz: float
+def envelope_from_transform(
+    transform: np.ndarray, samples: int, *, rate_hz: float, low_hz: float, high_hz: float
 ) -> tuple[np.ndarray, float]:
+    """Return `band_envelope` from the real Fourier transform of so many samples, shape (samples // 2 + 1,)."""
     low, high = _bins_of_band(transform.size, samples, rate_hz, low_hz, high_hz)
     envelope = _envelopes_of_bands(transform, [(low, high)], samples)[0]
     return envelope, rate_hz * envelope.size / samples

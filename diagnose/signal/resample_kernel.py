@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from ...simulators.compiled_code import njit
@@ -11,8 +13,12 @@ HALF_WIDTH = 16
 ENTRIES = 512
 
 
+@lru_cache(maxsize=1)
 def kernel_table() -> np.ndarray:
-    """Return half of the Kaiser-windowed sinc at distances 0 to 16 in steps of 1/512, with one entry to spare."""
+    """Return half of the Kaiser-windowed sinc at distances 0 to 16 in steps of 1/512, with one entry to spare.
+
+    Made once: its Bessel functions cost more than interpolating a short record.
+    """
     distance = np.arange(HALF_WIDTH * ENTRIES + 2) / ENTRIES
     window = np.i0(8.0 * np.sqrt(np.clip(1 - (distance / HALF_WIDTH) ** 2, 0.0, 1.0))) / np.i0(8.0)
     return np.where(distance < HALF_WIDTH, np.sinc(distance) * window, 0.0)

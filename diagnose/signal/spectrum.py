@@ -75,6 +75,24 @@ def fast_length(samples: int) -> int:
     return best
 
 
+def fast_length_within(samples: int) -> int:
+    """Return the largest length of at most this many samples whose only prime factors are 2, 3 and 5.
+
+    Examples
+    --------
+    >>> fast_length_within(121265)
+    120000
+    """
+    best, five = 1, 1
+    while five <= samples:
+        three = five
+        while three <= samples:
+            best = max(best, three << ((samples // three).bit_length() - 1))
+            three *= 3
+        five *= 5
+    return best
+
+
 def amplitude_spectrum(signals: np.ndarray, *, rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
     """Return frequencies and the Hann-windowed, window-corrected amplitude spectrum.
 

@@ -13,9 +13,9 @@ from itertools import pairwise
 import numpy as np
 from numpy import fft
 
-from .envelope import band_envelope
+from .envelope import envelope_from_transform
 from .order_tracking import angular_resample
-from .spectrum import Spectrum, fast_length, spectrum_with_floor
+from .spectrum import Spectrum, fast_length, fast_length_within, spectrum_with_floor
 from .speed import (
     HARMONIC_SHOWS,
     Peaks,
@@ -88,22 +88,43 @@ def trust(
 
 def decimated(block: np.ndarray, rate_hz: float, highest_hz: float) -> tuple[np.ndarray, int]:
     """Return the channels at a lower rate that still holds a frequency, and the whole factor between the rates."""
-    factor = _with_small_factors(max(int(0.45 * rate_hz / highest_hz), 1))
+    factor = _factor(rate_hz, highest_hz)
     if factor == 1:
         return block, 1
-    kept = -(-block.shape[1] // factor)
+    samples = block.shape[1]
+    return _at_lower_rate(fft.rfft(block, n=_padded(samples, factor), axis=1), samples, factor), factor
+
+
+def _factor(rate_hz: float, highest_hz: float) -> int:
+    """Return the whole factor by which a rate can be lowered so that it still holds a frequency, of small factors."""
+    return fast_length_within(max(int(0.45 * rate_hz / highest_hz), 1))
+
+
+def _padded(samples: int, factor: int) -> int:
+    """Return the length of a transform that is fast at the old and at the lower rate."""
+    return fast_length(-(-samples // factor)) * factor
+
+
+def _at_lower_rate(transform: np.ndarray, samples: int, factor: int) -> np.ndarray:
+    """Return the signals of so many samples, from the transform of their padded length, at a rate lower by a factor."""
+    kept = -(-samples // factor)
     fewer = fast_length(kept)
-    spectrum = fft.rfft(block, n=fewer * factor, axis=1)[:, : fewer // 2 + 1]
-    return np.ascontiguousarray(fft.irfft(spectrum, n=fewer, axis=1)[:, :kept] / factor), factor
+    slow = fft.irfft(transform[:, : fewer // 2 + 1], n=fewer, axis=1)[:, :kept]
+    return np.ascontiguousarray(slow / factor)
 
 
 def _of_piece(signals: np.ndarray, rate_hz: float, phase: np.ndarray, range_hz: tuple[float, float]) -> float:
     """Return the chance that the angle of a piece of the record is the shaft's."""
-    if np.any(np.diff(phase) <= 0) or int(np.floor(phase[-1]) - np.ceil(phase[0])) < _LEAST_TURNS:
+    steps = np.diff(phase)
+    if steps.min() <= 0 or int(np.floor(phase[-1]) - np.ceil(phase[0])) < _LEAST_TURNS:
         return 0.0
     mean_hz = float(phase[-1] - phase[0]) * rate_hz / (phase.size - 1)
-    fastest_hz = float(np.diff(phase).max()) * rate_hz
-    slow, factor = decimated(signals, rate_hz, float(_ORDERS[-1] + 2) * fastest_hz)
+    fastest_hz = float(steps.max()) * rate_hz
+    factor = _factor(rate_hz, float(_ORDERS[-1] + 2) * fastest_hz)
+    # One transform serves the lines and the bands of the envelopes: it is most of the cost.
+    length = _padded(phase.size, factor)
+    transform = fft.rfft(signals - signals.mean(axis=1, keepdims=True), n=length, axis=1)
+    slow = signals if factor == 1 else _at_lower_rate(transform, phase.size, factor)
     even = angular_resample(slow, phase_turns=_angle_at(phase, slow.shape[1], factor), samples_per_turn=_PER_TURN)
     spectrum = spectrum_with_floor(even, rate_hz=_PER_TURN, floor_width_hz=1.0)
     # Beyond half the sampling rate a harmonic is not missing but unknown.
@@ -111,7 +132,7 @@ def _of_piece(signals: np.ndarray, rate_hz: float, phase: np.ndarray, range_hz: 
     # What drifts slower than any shaft is no rival.
     slowest = max(min(_SLOWEST_HZ, 0.75 * range_hz[0]) / mean_hz, 3 * spectrum.resolution_hz)
     lines = [_lines(spectrum, index, (slowest, float(_ORDERS[-1] + 2)), span) for index in range(signals.shape[0])]
-    bursts = _envelopes(signals, rate_hz, phase)
+    bursts = _envelopes(transform, length, rate_hz, phase, fastest_hz)
     beats = [_lines(one, 0, (slowest, 4.5), span) for one in bursts]
     depths = np.array([_depths(one) for one in bursts]).reshape(-1, 3)
     lowest, highest = range_hz[0] / mean_hz, range_hz[1] / mean_hz
@@ -123,16 +144,11 @@ def _of_piece(signals: np.ndarray, rate_hz: float, phase: np.ndarray, range_hz: 
     return share * (_SHAFT_STRIKES if is_short.any() else 1.0)
 
 
-def _with_small_factors(count: int) -> int:
-    """Return the largest whole number up to one that has the factors 2, 3 and 5 only: others make transforms slow."""
-    while fast_length(count) != count:
-        count -= 1
-    return count
-
-
 def _angle_at(phase: np.ndarray, samples: int, factor: float) -> np.ndarray:
     """Return the angle at samples of a rate that is lower by a factor."""
-    angle = np.interp(np.arange(samples) * factor, np.arange(phase.size), phase)
+    at = np.minimum(np.arange(samples) * factor, phase.size - 1.0)
+    left = np.minimum(at.astype(int), phase.size - 2)
+    angle = phase[left] + (at - left) * (phase[left + 1] - phase[left])
     return angle + np.arange(samples) * 1e-12  # past the end of the record it would stand still
 
 
@@ -216,21 +232,24 @@ def _blurred(peaks: Peaks) -> Peaks:
     return Peaks(peaks.frequency_hz, deviation, peaks.power_ratio, peaks.span_hz)
 
 
-def _envelopes(signals: np.ndarray, rate_hz: float, phase: np.ndarray) -> list[Spectrum]:
-    """Return the spectra over order of the squared envelopes in three bands above the harmonics, by channel."""
+def _envelopes(transform: np.ndarray, length: int, rate_hz: float, phase: np.ndarray, fastest: float) -> list[Spectrum]:
+    """Return the spectra over order of the squared envelopes in three bands above the harmonics, by channel.
+
+    ``transform`` is that of the signals, padded to a length in samples; ``fastest`` the highest speed in Hz.
+    """
     highest = 0.49 * rate_hz
-    fastest = float(np.diff(phase).max()) * rate_hz
     lowest = 8 * fastest
     if highest - lowest < 12 * fastest:
         return []
     edges = np.exp(np.linspace(np.log(lowest), np.log(highest), _WINDOWS_OF_ENVELOPE + 1))
     found = []
-    for row in signals[:, : _with_small_factors(signals.shape[1])]:
+    for row in transform:
         for low, high in pairwise(edges):
             if high - low < 10 * fastest:
                 continue
-            envelope, slow_hz = band_envelope(row, rate_hz=rate_hz, low_hz=low, high_hz=high)
-            beat, factor = decimated(envelope[None] ** 2, slow_hz, _ENVELOPE_ORDERS * fastest)
+            envelope, slow_hz = envelope_from_transform(row, length, rate_hz=rate_hz, low_hz=low, high_hz=high)
+            inside = envelope[None, : int(envelope.size * (phase.size / length))]
+            beat, factor = decimated(inside**2, slow_hz, _ENVELOPE_ORDERS * fastest)
             angle = _angle_at(phase, beat.shape[1], factor * rate_hz / slow_hz)
             power = angular_resample(beat, phase_turns=angle, samples_per_turn=16)
             scale = max(float(power.mean()), np.finfo(float).tiny)

@@ -15,6 +15,7 @@ from rotorwise.diagnose.signal.spectrum import (
     averaged_power_density,
     chance_of_noise,
     fast_length,
+    fast_length_within,
     hann,
     noise_floor,
     peak_near,
@@ -294,6 +295,11 @@ def test_fast_length_against_brute_force():
 @given(st.integers(1, 1 << 24))
 def test_fast_length_against_the_list_of_smooth_numbers(samples):
     assert fast_length(samples) == SMOOTH[bisect.bisect_left(SMOOTH, samples)]
+
+
+@given(st.integers(1, 1 << 24))
+def test_the_largest_fast_length_within_against_the_list_of_smooth_numbers(samples):
+    assert fast_length_within(samples) == SMOOTH[bisect.bisect_right(SMOOTH, samples) - 1]
 
 
 @pytest.mark.parametrize("samples", [7, 8])
