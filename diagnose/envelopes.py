@@ -8,6 +8,7 @@ import numpy as np
 
 from ..datasets.recording import Nameplate
 from ..simulators.errors import InvalidValueError
+from .envelope_zoom import EnvelopeLine, EnvelopeZoom, Rhythm, zoom_places, zoomed
 from .faults.bearing import place_of, rhythms
 from .look import Looked, Shaft, at_equal_angles, shaft_of
 from .signal.envelope import squared_envelope_spectrum
@@ -28,43 +29,12 @@ _SEGMENT_TURNS = 32
 _LEAST_CELLS = 32
 
 
-@dataclass(frozen=True)
-class EnvelopeLine:
-    """A line of a squared envelope spectrum.
-
-    Attributes
-    ----------
-    frequency_hz : float
-    order : float or None
-        Of the shaft, where its speed is known.
-    depth : float
-        Height over the mean squared envelope.
-    power_ratio : float
-        Power over mean noise power.
-    name : str
-        What has this frequency, or empty.
-    """
-
-    frequency_hz: float
-    order: float | None
-    depth: float
-    power_ratio: float
-    name: str
-
-
-@dataclass(frozen=True)
-class Rhythm:
-    """A rhythm that a bearing defect may have, and what modulates it, in Hz."""
-
-    label: str
-    frequency_hz: float
-    modulator_hz: float | None
-    modulator: str
-
-
 @dataclass(frozen=True, eq=False)
 class ChannelEnvelope:
-    """One channel: its kurtogram, the band taken, the spectrum there and its significant lines, strongest first."""
+    """One channel: its kurtogram, the band taken, the spectrum there and its significant lines, strongest first.
+
+    ``zooms`` are narrow parts of the spectrum round the harmonics of the defects seen, else round the strongest line.
+    """
 
     channel: int
     kurtogram: Kurtogram
@@ -72,6 +42,7 @@ class ChannelEnvelope:
     high_hz: float
     spectrum: Spectrum
     lines: tuple[EnvelopeLine, ...]
+    zooms: tuple[EnvelopeZoom, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +95,9 @@ def measure(
             highest_line_hz=min(_HARMONICS * fastest, high - low),
             floor_width_hz=max(0.0 if shaft is None else shaft.mean_hz, 8.0),
         )
-        found.append(ChannelEnvelope(index, kurtogram, low, high, spectrum, _lines(spectrum, shaft, known)))
+        lines = _lines(spectrum, shaft, known)
+        zooms = zoomed(ready, rate_hz, (low, high), zoom_places(lines, known, shaft, spectrum))
+        found.append(ChannelEnvelope(index, kurtogram, low, high, spectrum, lines, zooms))
     return Envelopes(shaft, prepare, tuple(found), known)
 
 

@@ -6,10 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from ..envelope_zoom import EnvelopeZoom
 from ..envelopes import ChannelEnvelope, Envelopes
 from ..look import Answer, Looked
-from .signal_page import SignalPage, cursors, heat_map, spectral_channel
-from .text import decibels, number
+from .encode import numbers
+from .signal_page import SignalPage, cursors, graph_of, heat_map, spectral_channel
+from .text import clean, decibels, number
 
 _HEADS = ("Channel", "Hz", "Order", "Name", "Depth", "Over noise (dB)")
 _COLUMNS = 192
@@ -112,6 +114,9 @@ def _page(name: str, looked: Looked, found: Envelopes, rows: list[list[Any]]) ->
     page.payload["speedHz"] = None if found.shaft is None else found.shaft.mean_hz
     page.payload["envelope"] = [_spectrum(looked, one) for one in found.channels]
     page.payload["cursors"] = _cursors(found)
+    zooms = [_zoom(looked, one, zoom) for one in found.channels for zoom in one.zooms]
+    if zooms:
+        page.graph("Lines of the envelope, close", zooms, label="Line", note="Ten points a bin.")
     return page.html()
 
 
@@ -153,6 +158,26 @@ def _spectrum(looked: Looked, one: ChannelEnvelope) -> dict[str, Any]:
         note=f"Squared envelope of {one.low_hz:.0f}-{one.high_hz:.0f} Hz over its mean.",
     )  # fmt: skip
     return made | {"unit": "of the mean"}
+
+
+def _zoom(looked: Looked, one: ChannelEnvelope, zoom: EnvelopeZoom) -> dict[str, Any]:
+    channel = looked.recording.channels[one.channel].name
+    inside = (one.spectrum.frequency_hz >= zoom.frequency_hz[0]) & (one.spectrum.frequency_hz <= zoom.frequency_hz[-1])
+    made = graph_of(
+        f"{channel}: {zoom.place.name}",
+        [("envelope", zoom.frequency_hz, zoom.depth),
+         ("noise floor", one.spectrum.frequency_hz[inside], one.spectrum.floor[0, inside])],
+        x="Frequency (Hz)", y="Depth (of the mean)",
+    )  # fmt: skip
+    places = [place for _, place in zoom.place.expected]
+    if places:
+        height = np.interp(places, zoom.frequency_hz, zoom.depth)
+        made["note"] = "Circles: where the defect's line and its sidebands would stand."
+        names = [clean(name) for name, _ in zoom.place.expected]
+        made["traces"].append(
+            {"name": "expected", "x": numbers(np.array(places), digits=8), "y": numbers(height), "text": names}
+        )
+    return made
 
 
 def _cursors(found: Envelopes) -> list[dict[str, Any]]:

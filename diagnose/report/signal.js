@@ -23,10 +23,11 @@ function drawHeat(state) {
 function drawGraph(state) {
   const graph = state.payload[state.kind][state.series];
   const traces = graph.traces.map((one, index) => ({
-    type: "scatter", mode: one.marked ? "lines+markers" : "lines", name: plotText(one.name), x: one.curve ? expandX(one.curve) : one.x,
+    type: "scatter", mode: one.text ? "markers" : one.marked ? "lines+markers" : "lines", name: plotText(one.name), x: one.curve ? expandX(one.curve) : one.x,
     y: one.curve ? one.curve.y : one.y, connectgaps: false,
-    line: { color: colour("g" + (index % 8)), width: 1.4 }, marker: { size: 5, symbol: index },
-    hovertemplate: `%{x:.5g}, %{y:.4g}<extra>${plotText(one.name)}</extra>`,
+    line: { color: colour("g" + (index % 8)), width: 1.4 }, text: one.text ? one.text.map(plotText) : undefined,
+    marker: one.text ? { size: 9, symbol: "circle-open" } : { size: 5, symbol: index },
+    hovertemplate: `${one.text ? "%{text}<br>" : ""}%{x:.5g}, %{y:.4g}<extra>${plotText(one.name)}</extra>`,
   }));
   const several = traces.length > 1;
   const plan = layout(state.canvas, {

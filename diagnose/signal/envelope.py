@@ -193,6 +193,13 @@ def most_impulsive(envelopes: list[EnvelopeSpectrum], channel: int) -> EnvelopeS
     return max((one for one in envelopes if one.channel == channel), key=lambda one: one.kurtosis)
 
 
+def squared_envelope(signal: np.ndarray, *, rate_hz: float, low_hz: float, high_hz: float) -> tuple[np.ndarray, float]:
+    """Return the squared envelope of one channel in a band over its mean, shape (band samples,), and its rate in Hz."""
+    envelope, envelope_rate = band_envelope(signal, rate_hz=rate_hz, low_hz=low_hz, high_hz=high_hz)
+    power = envelope**2
+    return power / max(float(power.mean()), np.finfo(float).tiny), envelope_rate
+
+
 def squared_envelope_spectrum(
     signal: np.ndarray, *, rate_hz: float, low_hz: float, high_hz: float, highest_line_hz: float, floor_width_hz: float
 ) -> Spectrum:
@@ -225,14 +232,12 @@ def squared_envelope_spectrum(
     >>> round(float(found.amplitude[0, 40]), 2)
     0.2
     """
-    envelope, envelope_rate = band_envelope(signal, rate_hz=rate_hz, low_hz=low_hz, high_hz=high_hz)
-    power = envelope**2
-    mean = float(power.mean())
+    power, envelope_rate = squared_envelope(signal, rate_hz=rate_hz, low_hz=low_hz, high_hz=high_hz)
     window = hann(power.size)
     length = fast_length(power.size)
-    transform = fft.rfft((power - mean) * window, n=length)
+    transform = fft.rfft((power - power.mean()) * window, n=length)
     frequency = fft.rfftfreq(length, 1.0 / envelope_rate)
     kept = max(int(np.searchsorted(frequency, highest_line_hz)), min(64, frequency.size))
-    height = np.abs(transform[:kept])[None, :] * (2.0 / (window.sum() * max(mean, np.finfo(float).tiny)))
+    height = np.abs(transform[:kept])[None, :] * (2.0 / window.sum())
     half_width = max(20, round(0.5 * floor_width_hz / float(frequency[1])))
     return Spectrum(frequency[:kept], height, noise_floor(height, half_width_bins=half_width), length / power.size)
