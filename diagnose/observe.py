@@ -12,7 +12,7 @@ from .result import Line, SpeedEstimate
 from .signal.checks import UNUSABLE, DataCheck, check_channel, check_tacho, repair
 from .signal.envelope import EnvelopeSpectrum, demodulation_bands, envelope_spectra
 from .signal.order_tracking import angular_resample, order_amplitudes, phase_from_pulses
-from .signal.spectrum import Spectrum, peak_near, spectrum_with_floor
+from .signal.spectrum import Spectrum, amplitude_spectrum, peak_near, spectrum_with_floor
 from .signal.speed import speed_from_tacho, speed_from_vibration
 
 _FALSE_ALARM = 1e-3  # chance that noise alone makes one significant line in a whole recording
@@ -183,6 +183,8 @@ def observe(recording: Recording) -> Observation:
     )
     meshes = tuple(gear.mesh_order for gear in recording.nameplate.gears if gear.mesh_order < 60)
     hint = recording.condition.speed_rpm or None  # 0 is how some files say that nobody filled it in
+    # Speed, lines and the question whether there are any look at the same spectrum.
+    plain = amplitude_spectrum(usable.signals, rate_hz=usable.rate_hz) if usable.channels else None
     if speed is None and usable.channels:
         speed = speed_from_vibration(
             usable.signals,
@@ -190,15 +192,17 @@ def observe(recording: Recording) -> Observation:
             hint_hz=None if hint is None else hint / 60.0,
             known_orders=meshes,
             bearing_orders=bearings,
+            plain=plain,
         )
-    if speed is not None and speed.method != "tacho" and speed.confidence < TRUSTED_SPEED and not _has_lines(usable):
+    is_doubtful = speed is not None and speed.method != "tacho" and speed.confidence < TRUSTED_SPEED
+    if is_doubtful and not _has_lines(usable, plain):
         speed = None  # a chance peak of noise is no comb
-    state = "turning" if speed is not None or _has_lines(usable) else _state_without_lines(recording, usable)
+    state = "turning" if speed is not None or _has_lines(usable, plain) else _state_without_lines(recording, usable)
     if state == "turning" and hint and (speed is None or speed.confidence < TRUSTED_SPEED):
         speed = SpeedEstimate(hint / 60, hint / 60 * 0.97, hint / 60 * 1.03, 0.3, "hint only")
     phase = None if speed is None or times is None else _shaft_angle(usable, times, recording.pulses_per_revolution)
     tracked, order_tracked = _order_tracked(usable, speed, phase)
-    observation = _measure(tracked, speed, tuple(checks), order_tracked, state)
+    observation = _measure(tracked, speed, tuple(checks), order_tracked, state, None if order_tracked else plain)
     # With several pulses a turn, which of them came first is chance, and so would be the phase.
     if phase is None or not usable.channels or recording.pulses_per_revolution != 1:
         return observation
@@ -273,11 +277,11 @@ def _tacho_speed(recording: Recording) -> tuple[SpeedEstimate | None, np.ndarray
     return None, None
 
 
-def _has_lines(recording: Recording) -> bool:
+def _has_lines(recording: Recording, plain: tuple[np.ndarray, np.ndarray] | None = None) -> bool:
     """Return whether any channel has a line that noise would make in one recording out of a million."""
     if not recording.channels:
         return False
-    spectrum = spectrum_with_floor(recording.signals, rate_hz=recording.rate_hz, floor_width_hz=20.0)
+    spectrum = spectrum_with_floor(recording.signals, rate_hz=recording.rate_hz, floor_width_hz=20.0, plain=plain)
     return bool((spectrum.power_ratio[:, 4:] > np.log(spectrum.power_ratio.size / 1e-6)).any())
 
 
@@ -300,6 +304,7 @@ def _measure(
     checks: tuple[DataCheck, ...],
     order_tracked: bool,
     state: str,
+    plain: tuple[np.ndarray, np.ndarray] | None,
 ) -> Observation:
     if not recording.channels:
         empty = Spectrum(
@@ -309,7 +314,7 @@ def _measure(
         )
         return Observation(recording, None, checks, empty, (), 1e9, 0, False, state)
     width = 20.0 if speed is None else max(speed.speed_hz, 8.0)
-    spectrum = spectrum_with_floor(recording.signals, rate_hz=recording.rate_hz, floor_width_hz=width)
+    spectrum = spectrum_with_floor(recording.signals, rate_hz=recording.rate_hz, floor_width_hz=width, plain=plain)
     envelopes = () if speed is None else tuple(_envelopes(recording, speed.speed_hz))
     tested = _lines_tested(recording, spectrum, envelopes, speed)
     return Observation(

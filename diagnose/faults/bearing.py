@@ -134,6 +134,9 @@ def _candidates(now: Observation, envelope: EnvelopeSpectrum, rhythm: DefectRhyt
         expected = harmonic * rhythm.order * now.speed_hz
         low = max(int((expected * (1 - _SLIP)) / resolution), 2)
         high = min(int(np.ceil(expected * (1 + _SLIP) / resolution)) + 1, ratio.size - 2)
+        # In most envelopes nothing stands out: one comparison says so.
+        if ratio[low : high + 1].max(initial=0.0) <= now.significant_ratio:
+            continue
         bins = np.arange(low, high + 1)
         bins = bins[(ratio[bins] >= ratio[bins - 1]) & (ratio[bins] >= ratio[bins + 1])]
         bins = bins[ratio[bins] > now.significant_ratio]

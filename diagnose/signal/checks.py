@@ -11,6 +11,7 @@ from .tacho import pulse_times, repaired_pulses
 
 _LARGEST = 1e30  # beyond it, and below its inverse, squares leave the number range
 _USUAL_GAP = 2.5  # periods from a tacho's last pulse to the record's end: a machine that runs down has longer ones
+_SHORTEST_DROPOUT = 30  # samples at one value
 #: Codes of findings that spoil a channel for diagnosis; the others only warn.
 UNUSABLE = ("dead", "mostly missing", "out of range")
 
@@ -90,13 +91,15 @@ def _dropouts(signal: np.ndarray, name: str) -> list[DataCheck]:
     moves = np.flatnonzero(np.diff(signal))
     jumps = np.abs(signal[moves + 1] - signal[moves])
     lengths = np.diff(moves) - 1
+    if lengths.max(initial=0) <= _SHORTEST_DROPOUT:
+        return []
     low, high = np.percentile(signal, [0.5, 99.5])
     held = signal[moves[1:]]
     abrupt = np.maximum(jumps[:-1], jumps[1:]) > 2.5 * jumps.min()
     typical = float(np.median(lengths)) if lengths.size else 0.0
-    long_stretches = abrupt & (held > low) & (held < high) & (lengths > max(30, 30 * typical))
+    long_stretches = abrupt & (held > low) & (held < high) & (lengths > max(_SHORTEST_DROPOUT, 30 * typical))
     lost = int(lengths[long_stretches].sum())
-    if lost < max(30, 0.001 * signal.size):
+    if lost < max(_SHORTEST_DROPOUT, 0.001 * signal.size):
         return []
     message = (
         f"{name}: {int(long_stretches.sum())} dropouts, {lost / signal.size:.1%} of the samples held at one value."
@@ -134,10 +137,12 @@ def _offset_and_drift(signal: np.ndarray, name: str) -> list[DataCheck]:
     if abs(mean) > 20 * deviation:
         message = f"{name}: constant offset {mean:.3g} is {abs(mean) / deviation:.0f} times the vibration; removed."
         found.append(DataCheck("offset", name, message, 0.0))
-    parts = np.array_split(signal, 20)
     if signal.size >= 2000:
-        means = np.array([part.mean() for part in parts])
-        rest = float(np.median([part.std() for part in parts]))
+        starts = np.arange(20) * signal.size // 20
+        sizes = np.diff(starts, append=signal.size)
+        means = np.add.reduceat(signal, starts) / sizes
+        apart = signal - np.repeat(means, sizes)
+        rest = float(np.median(np.sqrt(np.add.reduceat(apart * apart, starts) / sizes)))
         if np.ptp(means) > 5 * rest and rest > 0:
             message = f"{name}: the mean drifts by {np.ptp(means):.3g}, {np.ptp(means) / rest:.0f} times the vibration."
             found.append(DataCheck("drift", name, message, 0.4))

@@ -16,6 +16,8 @@ from numpy import fft
 from ...simulators.errors import InvalidValueError
 
 _MEDIAN_OF_EXPONENTIAL = np.log(2.0)
+_SAMPLES_TOGETHER = 1 << 16
+_LONGEST_KEPT = 1 << 15  # samples of a window, a quarter of a MB
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +52,18 @@ class Spectrum:
 
 
 def hann(samples: int) -> np.ndarray:
-    """Return the periodic Hann window of this length, shape (samples,)."""
-    return 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(samples) / samples)
+    """Return the periodic Hann window of this length, shape (samples,), read-only."""
+    # Short ones are kept: a record's bands have the same few lengths again and again.
+    return _kept_hann(samples) if samples <= _LONGEST_KEPT else _hann(samples)
+
+
+def _hann(samples: int) -> np.ndarray:
+    window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(samples) / samples)
+    window.setflags(write=False)
+    return window
+
+
+_kept_hann = lru_cache(maxsize=64)(_hann)
 
 
 @lru_cache(maxsize=512)
@@ -146,20 +158,28 @@ def noise_floor(amplitude: np.ndarray, *, half_width_bins: int) -> np.ndarray:
     power = np.atleast_2d(amplitude) ** 2
     bins = power.shape[1]
     half = int(min(max(half_width_bins, 4), max(bins // 2 - 1, 1)))
-    centres = np.unique(np.append(np.arange(0, bins, max(half // 2, 1)), bins - 1))
+    centres = np.arange(0, bins, max(half // 2, 1))
+    if centres[-1] != bins - 1:
+        centres = np.append(centres, bins - 1)
     # The window is shifted, not cut, at the ends, so that every median has as many bins.
     starts = np.clip(centres - half, 0, bins - 2 * half)
     windows = np.lib.stride_tricks.sliding_window_view(power, 2 * half, axis=1)[:, starts]
     # Sorting short rows is vectorised and takes an eighteenth of the time of numpy's median.
-    ranked = np.sort(windows, axis=2)
-    median = 0.5 * (ranked[:, :, half - 1] + ranked[:, :, half])
+    windows.sort(axis=2)  # a copy already, taken at the centres
+    median = 0.5 * (windows[:, :, half - 1] + windows[:, :, half])
     tiny = np.finfo(float).tiny
     logarithm = np.log(np.maximum(median / _MEDIAN_OF_EXPONENTIAL, tiny))
     grid = np.arange(bins)
     return np.exp(0.5 * np.array([np.interp(grid, centres, row) for row in logarithm]))
 
 
-def spectrum_with_floor(signals: np.ndarray, *, rate_hz: float, floor_width_hz: float) -> Spectrum:
+def spectrum_with_floor(
+    signals: np.ndarray,
+    *,
+    rate_hz: float,
+    floor_width_hz: float,
+    plain: tuple[np.ndarray, np.ndarray] | None = None,
+) -> Spectrum:
     """Return the amplitude spectrum with its noise floor.
 
     Parameters
@@ -168,8 +188,10 @@ def spectrum_with_floor(signals: np.ndarray, *, rate_hz: float, floor_width_hz: 
     rate_hz : float
     floor_width_hz : float
         Width of the neighbourhood for the floor; widened to 40 bins where the record is short.
+    plain : (numpy.ndarray, numpy.ndarray) or None
+        What `amplitude_spectrum` gives for these signals, where it is known already.
     """
-    frequency, amplitude = amplitude_spectrum(signals, rate_hz=rate_hz)
+    frequency, amplitude = amplitude_spectrum(signals, rate_hz=rate_hz) if plain is None else plain
     half_width = max(20, round(0.5 * floor_width_hz / float(frequency[1])))
     samples = np.shape(signals)[-1]
     padding = fast_length(samples) / samples
@@ -266,7 +288,13 @@ def averaged_power_density(
     starts = np.arange(0, block.shape[1] - length + 1, max(length // 2, 1))
     centred = block - block.mean(axis=1, keepdims=True)
     total = np.zeros((block.shape[0], length // 2 + 1))
-    for start in starts:
-        total += np.abs(fft.rfft(centred[:, start : start + length] * window, axis=1)) ** 2
+    # Many short segments in one call, few long ones: the copies stay small.
+    together = max(_SAMPLES_TOGETHER // length, 1)
+    for first in range(0, starts.size, together):
+        segments = np.lib.stride_tricks.sliding_window_view(centred, length, axis=1)[
+            :, starts[first : first + together]
+        ]
+        transform = fft.rfft(segments * window, axis=2)
+        total += (transform.real**2 + transform.imag**2).sum(axis=1)
     density = total * (2.0 / (rate_hz * (window**2).sum() * starts.size))
     return fft.rfftfreq(length, 1.0 / rate_hz), density
