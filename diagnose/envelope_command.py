@@ -9,7 +9,7 @@ import typer
 from ..simulators.errors import InvalidValueError
 from . import cli_options as options
 from .cli_options import option
-from .look_options import AsJson, File, Force, Request, SpeedRange, speed_range_hz
+from .look_options import AsJson, File, Force, Request, SpeedRange, Start, Stop, speed_range_hz
 
 if TYPE_CHECKING:
     from .look import Answer, Looked
@@ -34,6 +34,8 @@ def envelope(
     prepare: Prepare = "none",
     bearing: options.Bearing = None,
     speed_range: SpeedRange = None,
+    start: Start = 0.0,
+    stop: Stop = None,
     speed: options.Speed = None,
     tacho: options.Tacho = None,
     pulses_per_revolution: options.Pulses = None,
@@ -57,7 +59,9 @@ def envelope(
     if prepare not in PREPARATIONS:
         raise InvalidValueError(f"Preparation {prepare!r}; allowed: {', '.join(PREPARATIONS)}.")
     limits, speeds = band_hz(band), speed_range_hz(speed_range)
-    request = Request(file, record.merged_over(channels).merged_over(machine), sidecar, report, as_json, force)
+    request = Request(
+        file, record.merged_over(channels).merged_over(machine), sidecar, report, as_json, force, start, stop
+    )
 
     def work(looked: Looked) -> Answer:
         from .envelopes import measure

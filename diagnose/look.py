@@ -12,15 +12,16 @@ import numpy as np
 
 from ..simulators.errors import InvalidValueError, RotorwiseError
 from .look_options import Request
+from .look_read import LEAST_SAMPLES, part_words, read_part
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from ..datasets.recording import Recording
+    from .memory import MemoryNeed
     from .signal.checks import DataCheck
 
 _DONE, _FILE_FAILED, _OUTPUT_FAILED = 0, 3, 4
-_LEAST_SAMPLES = 256
 _STEADY = 1e-3  # relative change of speed below which lines stay sharp
 _VARIES = 0.01  # from which a speed tracked in the vibration is taken as varying
 _LEAST_CONFIDENCE, _LEAST_WITHOUT_RANGE = 0.5, 0.8
@@ -108,8 +109,9 @@ class Answer:
     page: Callable[[], str]
 
 
-def carry_out(request: Request, work: Callable[[Looked], Answer]) -> int:
-    """Read, work, print, write the report; return the exit code."""
+def carry_out(request: Request, work: Callable[[Looked], Answer], *, need: MemoryNeed | None = None) -> int:
+    """Read, work, print, write the report; return the exit code. ``need`` says what would fill the memory."""
+    from .memory import ADVICE
     from .report.write import check_free
 
     if request.report is not None:
@@ -119,8 +121,10 @@ def carry_out(request: Request, work: Callable[[Looked], Answer]) -> int:
         except RotorwiseError as problem:
             return _say(problem, _OUTPUT_FAILED)
     try:
-        looked = open_file(request)
+        looked = open_file(request, need=need)
         answer = work(looked)
+    except MemoryError:
+        return _say(f"{request.file}: no memory left. {ADVICE}", _FILE_FAILED)
     except (RotorwiseError, OSError) as problem:
         message = str(problem)
         name = str(request.file)
@@ -165,19 +169,18 @@ def _print(request: Request, looked: Looked, answer: Answer) -> None:
         console.print(f"[yellow]![/] {escape(warning)}")
 
 
-def open_file(request: Request) -> Looked:
-    """Return the usable channels of a file.
+def open_file(request: Request, *, need: MemoryNeed | None = None) -> Looked:
+    """Return the usable channels of a file, or of the part of it that is asked for.
 
     Raises
     ------
     RotorwiseError
-        When the file cannot be read or no channel is usable.
+        When the file cannot be read, would fill the memory, or no channel is usable.
     """
-    from ..datasets.reading import read
     from .signal.checks import UNUSABLE, check_channel, repair
 
-    recording = read(request.file, metadata=request.metadata, sidecar=request.sidecar)
-    warnings, kept, tacho = list(recording.warnings), [], None
+    recording = read_part(request, need)
+    warnings, kept, tacho = [*part_words(request, recording), *recording.warnings], [], None
     for index, channel in enumerate(recording.channels):
         if channel.quantity == "tacho" and tacho is None:
             tacho = repair(recording.signals[index])
@@ -192,9 +195,9 @@ def open_file(request: Request) -> Looked:
     if not kept:
         held = ", ".join(f"{one.name} ({one.quantity or 'no unit'})" for one in recording.channels)
         raise InvalidValueError(" ".join([f"No usable vibration channel; the file holds {held}.", *warnings]))
-    if recording.samples < _LEAST_SAMPLES:
+    if recording.samples < LEAST_SAMPLES:
         raise InvalidValueError(
-            f"Record of {recording.samples} samples; allowed: {_LEAST_SAMPLES} or more. Give a longer record."
+            f"Record of {recording.samples} samples; allowed: {LEAST_SAMPLES} or more. Give a longer record."
         )
     part = recording.select(kept)
     signals = np.stack([repair(row) for row in part.signals])

@@ -21,6 +21,8 @@ SpeedRange = Annotated[
         "--speed-range", value="LOW-HIGH", text="Speeds in rpm to look for, for a run-up without a tacho: 600-3000."
     ),
 ]
+Start = Annotated[float, option("--start", value="S", text="Leave out what is before, in s from the beginning.")]
+Stop = Annotated[float | None, option("--stop", value="S", text="Leave out what is after.")]
 Force = Annotated[bool, option("--force", text="Replace an earlier report.")]
 AsJson = Annotated[bool, option("--json", text="Print JSON.")]
 
@@ -35,6 +37,21 @@ class Request:
     report: Path | None
     as_json: bool
     force: bool
+    start_s: float = 0.0
+    stop_s: float | None = None
+
+    def __post_init__(self) -> None:
+        stop = float("inf") if self.stop_s is None else self.stop_s
+        if not 0 <= self.start_s < stop or not self.start_s < float("inf"):
+            raise InvalidValueError(
+                f"Part from {self.start_s:g} to {stop:g} s; allowed: 0 or more, the start before the stop. Correct "
+                "--start or --stop."
+            )
+
+    @property
+    def is_part(self) -> bool:
+        """Whether something of the record is to be left out."""
+        return self.start_s > 0 or self.stop_s is not None
 
 
 def speed_range_hz(text: str | None) -> tuple[float, float] | None:

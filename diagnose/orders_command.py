@@ -9,7 +9,7 @@ import typer
 from ..simulators.errors import InvalidValueError
 from . import cli_options as options
 from .cli_options import option
-from .look_options import AsJson, File, Force, Request, SpeedRange, speed_range_hz
+from .look_options import AsJson, File, Force, Request, SpeedRange, Start, Stop, speed_range_hz
 
 if TYPE_CHECKING:
     from .look import Answer, Looked
@@ -32,6 +32,8 @@ def orders(
     highest_order: HighestOrder = 10.0,
     bandwidth: Bandwidth = None,
     speed_range: SpeedRange = None,
+    start: Start = 0.0,
+    stop: Stop = None,
     speed: options.Speed = None,
     tacho: options.Tacho = None,
     pulses_per_revolution: options.Pulses = None,
@@ -55,7 +57,7 @@ def orders(
     wanted, limits = order_list(follow), speed_range_hz(speed_range)
     if not 1 <= highest_order <= 1000:
         raise InvalidValueError(f"Highest order {highest_order}; allowed: 1 to 1000.")
-    request = Request(file, record.merged_over(channels), sidecar, report, as_json, force)
+    request = Request(file, record.merged_over(channels), sidecar, report, as_json, force, start, stop)
 
     def work(looked: Looked) -> Answer:
         from .orders import measure
@@ -65,8 +67,9 @@ def orders(
         return answer(request.file.name, looked, found)
 
     from .look import carry_out
+    from .orders import MEMORY
 
-    raise typer.Exit(carry_out(request, work))
+    raise typer.Exit(carry_out(request, work, need=MEMORY))
 
 
 def order_list(text: str) -> tuple[float, ...]:

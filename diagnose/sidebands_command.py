@@ -9,7 +9,7 @@ import typer
 from ..simulators.errors import InvalidValueError
 from . import cli_options as options
 from .cli_options import option
-from .look_options import AsJson, File, Force, Request, SpeedRange, speed_range_hz
+from .look_options import AsJson, File, Force, Request, SpeedRange, Start, Stop, speed_range_hz
 
 if TYPE_CHECKING:
     from .look import Answer, Looked
@@ -28,6 +28,8 @@ def sidebands(
     bearing: options.Bearing = None,
     line_frequency: options.LineFrequency = None,
     speed_range: SpeedRange = None,
+    start: Start = 0.0,
+    stop: Stop = None,
     speed: options.Speed = None,
     tacho: options.Tacho = None,
     pulses_per_revolution: options.Pulses = None,
@@ -50,7 +52,9 @@ def sidebands(
     machine = options.machine_metadata(bearing, teeth, line_frequency, None, None, None, None)
     given = asked(carrier, spacing)
     speeds = speed_range_hz(speed_range)
-    request = Request(file, record.merged_over(channels).merged_over(machine), sidecar, report, as_json, force)
+    request = Request(
+        file, record.merged_over(channels).merged_over(machine), sidecar, report, as_json, force, start, stop
+    )
 
     def work(looked: Looked) -> Answer:
         from .line_families import measure
