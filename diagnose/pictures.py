@@ -8,6 +8,7 @@ import numpy as np
 
 from .faults.bearing import rhythms
 from .observe import Observation, order_name
+from .order_waves import order_part
 from .probe_pair import probe_pair
 from .result import Cursor, Curve, Finding, Pictures
 from .signal.envelope import EnvelopeSpectrum, most_impulsive
@@ -40,6 +41,7 @@ def pictures(now: Observation, baseline: Observation | None, findings: tuple[Fin
         cursors=tuple(_cursors(now)),
         order_map=_order_map(now),
         orbit=_orbit(now),
+        order_part=order_part(now),
     )
 
 
@@ -228,4 +230,5 @@ def for_folder(shown: Pictures) -> Pictures:
         baseline_spectra=(),
         waveforms=(),
         order_map=None,
+        order_part=None,
     )

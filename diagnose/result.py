@@ -214,6 +214,33 @@ class Cursor:
     frequency_hz: float
 
 
+@dataclass(frozen=True, eq=False)
+class OrderPart:
+    """A part of one channel from which the waveforms of orders are made, when a report asks for them.
+
+    Attributes
+    ----------
+    signal : numpy.ndarray, shape (samples,)
+        In the channel's SI unit.
+    rate_hz : float
+    turns : numpy.ndarray, shape (samples,)
+        Shaft angle; whole where the tacho's mark passes, if ``has_mark``, else from an arbitrary zero.
+    orders : tuple of float
+        Those that stand out of the noise.
+    unit : str or None
+    channel : str
+    has_mark : bool
+    """
+
+    signal: np.ndarray
+    rate_hz: float
+    turns: np.ndarray
+    orders: tuple[float, ...]
+    unit: str | None
+    channel: str
+    has_mark: bool
+
+
 @dataclass(frozen=True)
 class Pictures:
     """The curves of one analysis; each list may be empty.
@@ -228,6 +255,8 @@ class Pictures:
     orbit : dict or None
         ``{"x": [...], "y": [...], "unit": "m", "channels": [a, b], "orders": [...]}`` for two probes at right
         angles; each order alone is ``{"name": "1X", "way": "forward", "x": [...], "y": [...]}``.
+    order_part : OrderPart or None
+        Where the speed is trusted and more than one of 1X to 3X shows.
     """
 
     spectra: tuple[Curve, ...] = ()
@@ -237,6 +266,7 @@ class Pictures:
     cursors: tuple[Cursor, ...] = ()
     order_map: dict | None = None
     orbit: dict | None = None
+    order_part: OrderPart | None = None
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,12 @@ def figures(payload: dict[str, Any], uid: str, level: int) -> str:
     if payload["waveform"]:
         chooser = channel_chooser(payload["waveform"], f"{uid}-waveform")
         pair += figure("waveform", _TITLES["waveform"], chooser, "", level)
-    return "".join(blocks) + (f'<div class="pair">{pair}</div>' if pair else "")
+    blocks.append(f'<div class="pair">{pair}</div>' if pair else "")
+    if payload.get("turn"):
+        turn = _single("turn", "Orders over the shaft's angle", payload["turn"], uid, level)
+        # Not drawn before it is opened.
+        blocks.append(f'<details class="fold"><summary>First orders within a turn</summary>{turn}</details>')
+    return "".join(blocks)
 
 
 def figure(kind: str, title: str, controls: str, caption: str, level: int, *, css: str = "") -> str:

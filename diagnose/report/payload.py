@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..result import Analysis, Cursor, Curve, Line, Pictures
+from ..result import Analysis, Cursor, Curve, Line, OrderPart, Pictures
 from .encode import RawJson, encode_curve, numbers, pool_map
 from .tables import evidence_lines
 from .text import clean, decibels, display_unit, file_name, fixed
@@ -15,6 +15,7 @@ from .text import clean, decibels, display_unit, file_name, fixed
 #: Most points drawn of one curve.
 POINT_LIMIT = 8000
 _FEWEST_POINTS = 1200
+_POINTS_A_TURN = 1500
 _POINTS_OF_ALL_FILES = 60_000
 # A map with more rows or columns than pixels would lose lines when the browser draws it.
 _MAP_ROWS, _MAP_COLUMNS = 220, 250
@@ -47,6 +48,7 @@ def build_payload(analysis: Analysis, *, limit: int) -> dict[str, Any]:
         "cursors": cursor_groups(pictures, lines),
         "map": _map(pictures.order_map, limit),
         "orbit": _orbit(pictures.orbit, limit),
+        "turn": _turn(pictures.order_part, limit),
     }
 
 
@@ -161,6 +163,27 @@ def _orbit(orbit: dict | None, limit: int) -> dict[str, Any] | None:
         "x": numbers(x), "y": numbers(y), "unit": unit or "unit unknown", "channels": names, "note": note.strip(),
         "orders": orders,
     }  # fmt: skip
+
+
+def _turn(part: OrderPart | None, limit: int) -> dict[str, Any] | None:
+    """Return the waveforms of orders over the shaft's angle in degrees."""
+    if part is None:
+        return None
+    from ..order_waves import order_waves
+
+    found = order_waves(part)
+    factor, unit = display_unit(part.unit)
+    degrees = 360 * found.turns
+    return {
+        "channel": clean(part.channel),
+        "unit": unit or "unit unknown",
+        "note": "Vold-Kalman filter, three turns from the middle of the record. "
+        + ("Zero is the tacho's mark." if part.has_mark else "The zero of the angle is arbitrary."),
+        "traces": [
+            {"name": clean(name), "curve": encode_curve(degrees, factor * wave, limit=min(limit, _POINTS_A_TURN))}
+            for name, wave in (("signal", found.signal), *found.waves)
+        ],
+    }
 
 
 def short_name(analysis: Analysis) -> str:

@@ -244,6 +244,22 @@ function drawOrbit(state) {
   }));
 }
 
+function drawTurn(state) {
+  const turn = state.payload.turn, unit = plotText(turn.unit);
+  const traces = turn.traces.map((one, index) => ({
+    type: "scatter", mode: "lines", name: plotText(one.name), x: expandX(one.curve), y: one.curve.y,
+    line: index ? { color: colour("g" + index), width: index === 1 ? 2.4 : 1.4, dash: index === 1 ? "solid" : ["dash", "dot", "dashdot"][index - 2] }
+      : { color: colour("curve"), width: 0.7 },
+    hovertemplate: `%{x:.1f}°<br>%{y:.4g} ${unit}<extra>${plotText(one.name)}</extra>`,
+  }));
+  const plan = layout(state.canvas, {
+    xaxis: axis("Shaft angle (degrees)", { dtick: 180 }), yaxis: axis(`Signal (${unit})`, { exponentformat: "power" }),
+    showlegend: true, legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0, font: { size: 12 } },
+  });
+  plan.margin.t = 44;
+  return show(state.canvas, traces, plan);
+}
+
 function drawTrend(state) {
   const trend = state.payload.trend, series = trend.series[state.series];
   const dashes = ["solid", "dash", "dot", "dashdot", "longdash", "longdashdot"];
@@ -270,7 +286,8 @@ function drawTrend(state) {
 }
 
 const DRAW = {
-  spectrum: drawSpectral, envelope: drawSpectral, waveform: drawWaveform, map: drawMap, orbit: drawOrbit, trend: drawTrend,
+  spectrum: drawSpectral, envelope: drawSpectral, waveform: drawWaveform, map: drawMap, orbit: drawOrbit, turn: drawTurn,
+  trend: drawTrend,
 };
 
 function caption(state, note) {

@@ -57,7 +57,12 @@ function startArticle(article) {
   if (article.dataset.started) return;
   article.dataset.started = "yes";
   const payload = payloadOf(article);
-  const waiting = Array.from(article.querySelectorAll("figure.plot"));
+  const waiting = [];
+  for (const figure of article.querySelectorAll("figure.plot")) {
+    const fold = figure.closest("details.fold");
+    if (!fold || fold.open) waiting.push(figure);
+    else fold.addEventListener("toggle", () => startFigure(figure, payload), { once: true });
+  }
   // One figure a turn, so that a phone shows the first while it draws the others.
   const next = () => {
     const figure = waiting.shift();

@@ -8,8 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from rotorwise.diagnose.report import render_report, write_report
+from rotorwise.diagnose.result import OrderPart
 
 pytestmark = pytest.mark.browser
 
@@ -103,6 +105,26 @@ def test_every_figure_is_drawn(show: Callable[..., Any], make: Any) -> None:
     assert set(drawn) == {"spectrum", "map", "envelope", "orbit", "waveform"}
     assert min(drawn.values()) >= 1
     assert drawn["spectrum"] == 3  # recording, baseline, noise floor
+
+
+def test_orders_within_a_turn_are_drawn_when_they_are_opened(show: Callable[..., Any], make: Any) -> None:
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    turns = np.arange(2000) / 50
+    wave = np.cos(2 * np.pi * turns) + 0.5 * np.cos(4 * np.pi * turns)
+    part = OrderPart(wave, 1000.0, turns, (1.0, 2.0), "m/s2", "a", has_mark=True)
+    whole = make()
+    page = show(replace(whole, pictures=replace(whole.pictures, order_part=part)))
+    traces = "return (document.querySelector('[data-plot=turn] .canvas').data || []).length"
+    assert page.execute_script(traces) == 0
+    click(page, "details.fold:has([data-plot=turn]) summary")
+    WebDriverWait(page, 10).until(lambda drawn: drawn.execute_script(traces))
+    assert page.execute_script(traces) == 4  # signal, both orders together, each alone
+    caption = page.execute_script("return document.querySelector('[data-plot=turn] figcaption').textContent")
+    assert "Zero is the tacho's mark" in caption
+    # The drawing fills its place: it was made after the fold had opened.
+    width = "const c = document.querySelector('[data-plot=turn] .canvas'); return c._fullLayout.width / c.clientWidth"
+    assert page.execute_script(width) == pytest.approx(1.0, abs=0.02)
 
 
 def test_nothing_is_requested_but_the_file_itself(show: Callable[..., Any], make: Any) -> None:
