@@ -4,9 +4,9 @@ Evidence in the fitted conditions weighs priors as well as data, and supposes th
 conditions are a second witness: a hypothesis, fitted to the others, gives their lines a density before they are seen.
 They may withdraw a name but not give one, so that the gain stays one on recordings that nothing was chosen by: another
 effect can draw level with the leading one, no more; nothing at all, or something unknown, can take its place. Of those
-that are level the best there is shown first, and that is said. Densities
-hold what the machine's own unknowns leave open; where these are wide, and the evidence of a fit on a long ridge is
-uncertain, the plain distance from the most probable lines tells more.
+that are level the best there is shown first, and that is said. Densities hold what the machine's own unknowns leave
+open; where these are wide, and the evidence of a fit on a long ridge is uncertain, the plain distance from the most
+probable lines tells more.
 """
 
 from __future__ import annotations
@@ -64,13 +64,13 @@ def checked(prepared: Prepared, posterior: Posterior) -> tuple[Posterior, tuple[
         return _unnamed(seen, leading) if wrong else (seen, ())
     if wrong:
         return _refuted(seen, prepared, fits[leading])
-    checked_once, remarks = _levelled(seen, prepared, fits)
+    levelled, remarks = _levelled(seen, prepared, fits)
     if leading in known and known[leading].chance < MISFIT:
         said = _said(leading)
         remarks += (
             f"In the held-out conditions lines stand out that {said} does not make: something else acts there.",
         )
-    return checked_once, remarks
+    return levelled, remarks
 
 
 def predicted(fit: Fit, prepared: Prepared, *, moves: int = 0) -> Predicted | None:
@@ -175,9 +175,10 @@ def _levelled(seen: Posterior, prepared: Prepared, fits: Mapping[Names, Fit]) ->
         if more > 0 and shares.get(names):
             after = math.log(shares[names] / top) + more
             # Only nothing at all may pass: that takes a name away.
-            shares[names] = top * math.exp(after if not names else min(after, 0.0))
-    rivals = [names for names in fits if names not in ((), leading)][:RIVALS] if leading else []
+            shares[names] = top * math.exp(min(after, 0.0 if names else LARGEST))
+    rivals = [names for names in fits if names not in ((), leading) and "unknown" not in names] if leading else []
     if rivals:
+        rivals = rivals[:RIVALS]
         own, *others = predicted_db([fits[names] for names in (leading, *rivals)], prepared)
         for names, other in zip(rivals, others, strict=True):
             if other > own + BETTER_DB:

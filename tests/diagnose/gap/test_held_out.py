@@ -147,3 +147,9 @@ def test_the_chance_of_own_lines_is_that_of_these_alone():
     found = given_others(compared, residual, np.zeros((0, residual.size)), [1], made=np.array([True, False]))
     assert found.chance < 1e-10
     assert found.own_chance == pytest.approx(1.0)
+
+
+def test_nothing_at_all_that_predicts_beyond_any_number_takes_the_name_away(monkeypatch):
+    shares = {LEFT: 0.97, (): 0.02, UNKNOWN: 0.01}
+    found, _ = _after(monkeypatch, shares, {LEFT: -1e6, (): 0.0})
+    assert judged(found.probabilities)[0] == "none"
