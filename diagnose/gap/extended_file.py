@@ -189,4 +189,7 @@ def _interval(causes: Sequence[Cause], effect: str, at: str, name: str) -> str:
     if name == "effect":
         return f"probability {probability_words(cause.probability)}"
     one = cause.parameters.get(name)
-    return f"{one.low:.4g} to {one.high:.4g} {one.unit}".rstrip() if one else ""
+    if one is None:
+        return ""
+    ends = f"{one.low:.4g} to {one.high:.4g} {one.unit}".rstrip()
+    return ends if one.is_told else f"not told by the data: {ends} possible"

@@ -87,7 +87,8 @@ def _force(force: AddedForce) -> dict[str, Any]:
 
 
 def _estimate(one: Estimate) -> dict[str, Any]:
-    return {"value": number(one.value), "low": number(one.low), "high": number(one.high), "unit": one.unit}
+    ends = {"low": number(one.low), "high": number(one.high)}
+    return {"value": number(one.value), **ends, "unit": one.unit, "is_told": one.is_told}
 
 
 def _residual(line: ResidualLine, conditions: Sequence[Condition], names: Sequence[str]) -> dict[str, Any]:

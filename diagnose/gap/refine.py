@@ -21,6 +21,8 @@ FIRST_STEPS, MOST_STEPS = 3, 12
 #: Least precision of an angle: of a flat prior on a full circle.
 CIRCLE_PRECISION = 12 / (2 * math.pi) ** 2
 LONGEST_MOVE = 1.0
+#: Data tell a value where less than this share of what the prior leaves open stays open.
+TOLD = 0.8
 #: A coordinate whose whole prior moves the lines by less than this, in standard deviations, is left alone where each
 #: slope is a simulation.
 DEAD = 0.3
@@ -91,9 +93,16 @@ class Fit:
         reach = float(ndtri(0.5 + share / 2)) * math.sqrt(self.covariance[number, number])
         one, at = self.coordinates[number], float(self.position[number])
         if one.is_angle:
-            return (-math.pi, math.pi) if reach >= math.pi else (one.value(at) - reach, one.value(at) + reach)
+            around = one.value(at) - reach, one.value(at) + reach
+            return around if self.tells(number) and reach < math.pi else (-math.pi, math.pi)
         low, high = sorted((one.value(at - reach), one.value(at + reach)))
         return low, high
+
+    def tells(self, number: int) -> bool:
+        """Return whether the data say clearly more of a coordinate than its prior does."""
+        one = self.coordinates[number]
+        known = CIRCLE_PRECISION if one.is_angle else one.precision
+        return math.sqrt(self.covariance[number, number] * known) < TOLD
 
     def values(self) -> list[dict[str, float]]:
         """Return each effect's values by name."""

@@ -25,12 +25,15 @@ class Estimate:
         Most probable value, and the ends of the 90 % interval, in ``unit``.
     unit : str
         "" for a pure number.
+    is_told : bool
+        False where these data hardly tell more than was known before them: the value is then no finding.
     """
 
     value: float
     low: float
     high: float
     unit: str
+    is_told: bool = True
 
 
 @dataclass(frozen=True)

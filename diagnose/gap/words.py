@@ -19,6 +19,7 @@ NOTABLE_SIGMA = 4.0
 ALIKE = 1.2
 #: Orders and conditions that a sentence names.
 MOST_NAMED = 4
+_NO_LINE = "No line by itself differs from the model"
 #: Sidebands of a mesh line are named after it up to this distance.
 _MOST_SIDEBANDS = 3
 _SCALES = {
@@ -32,6 +33,8 @@ def verdict_words(result: GapResult) -> str:
     """Return the verdict in sentences: the gap, the cause, what stays open, the gain."""
     fitted = [c for i, c in enumerate(result.measured.conditions) if i not in result.gain.held_out]
     said = gap_words(result.residuals, result.measured, result.machine, whole=len(fitted))
+    if said.startswith(_NO_LINE) and any(one.effect not in ONLY_IN_WAVEFORM for one in result.causes):
+        said += " Together they do."
     parts = [said, headline(result)]
     forces = force_words(result)
     parts.append(f"Added, without a cause: {'; '.join(forces)}." if forces else "")
@@ -59,7 +62,7 @@ def gap_words(residuals: Sequence[ResidualLine], measured: OrderLines, machine: 
     """
     wrong = [line for line in residuals if line.sigma >= NOTABLE_SIGMA]
     if not wrong:
-        return f"No line differs from the model by {NOTABLE_SIGMA:g} standard deviations."
+        return f"{_NO_LINE} by {NOTABLE_SIGMA:g} standard deviations."
     names_of = line_names(measured, mesh_orders(machine))
     clearest = list(dict.fromkeys(line.column for line in sorted(wrong, key=lambda one: -one.sigma)))
     kinds: dict[str, list[str]] = {"lacks": [], "has too much": [], "gets the phase wrong of": []}
@@ -152,9 +155,12 @@ def _law_words(name: str, exponent: Estimate) -> str:
 
 
 def cause_words(cause: Cause) -> str:
-    """Return an effect with its place and its first value: "unbalance at disc, moment 112 um (90 to 130)"."""
+    """Return an effect with its place and the first value that is told: "unbalance at disc, moment 112 um (90 to 130)".
+
+    The name alone where the data tell none.
+    """
     name = cause.effect.replace("_", " ") + (f" at {cause.at}" if cause.at else "")
-    first = next(iter(cause.parameters.items()), None)
+    first = next((item for item in cause.parameters.items() if item[1].is_told), None)
     return f"{name}, {parameter_label(first[0], first[1].unit)} {estimate_words(first[1])}" if first else name
 
 
@@ -271,9 +277,14 @@ def estimate_words(estimate: Estimate) -> str:
     --------
     >>> estimate_words(Estimate(5e-4, 4e-4, 6.2e-4, "m"))
     '500 um (400 to 620)'
+    >>> estimate_words(Estimate(0.01, 0.001, 0.02, "", is_told=False))
+    'not told by these data (0.001 to 0.02 possible)'
     """
-    factor, _ = _unit_of(estimate)
-    return f"{value_words(estimate.value, estimate)} ({factor * estimate.low:.3g} to {factor * estimate.high:.3g})"
+    factor, unit = _unit_of(estimate)
+    ends = f"{factor * estimate.low:.3g} to {factor * estimate.high:.3g}"
+    if not estimate.is_told:
+        return f"not told by these data ({ends}{' ' + unit if unit else ''} possible)"
+    return f"{value_words(estimate.value, estimate)} ({ends})"
 
 
 def value_words(value: float, estimate: Estimate) -> str:

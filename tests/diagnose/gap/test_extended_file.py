@@ -62,6 +62,15 @@ def test_values_carry_their_interval_and_what_they_were() -> None:
     assert "coupling_stiffness_n_m = 81010.2  # calibrated; given: 81400" in lines
 
 
+def test_a_value_that_the_data_do_not_tell_says_so() -> None:
+    result = made("one cause")
+    cause = result.causes[0]
+    open_angle = replace(cause.parameters["angle_rad"], low=-3.0, high=3.0, is_told=False)
+    open_one = replace(cause, parameters={**cause.parameters, "angle_rad": open_angle})
+    lines = extended_text(replace(result, causes=(open_one,))).splitlines()
+    assert "angle_rad = 0.7  # not told by the data: -3 to 3 rad possible" in lines
+
+
 def test_two_effects_of_one_name_keep_their_own_intervals() -> None:
     unbalance = effect_catalogue()["unbalance"]
     both = [unbalance(moment_kg_m=1e-4, at="disc"), unbalance(moment_kg_m=2e-4, at="coupling")]

@@ -12,12 +12,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rich.console import Console
+from rotorwise.diagnose.gap.coordinates import Coordinate, coordinates_of
+from rotorwise.diagnose.gap.hypotheses import Candidate
 from rotorwise.diagnose.gap.json_form import as_json
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
+from rotorwise.diagnose.gap.refine import Fit
 from rotorwise.diagnose.gap.result import KINDS, Estimate, Gain, ResidualLine
 from rotorwise.diagnose.gap.terminal import show
 from rotorwise.diagnose.gap.words import (
     NOTABLE_SIGMA,
+    cause_words,
     estimate_words,
     gain_words,
     gap_words,
@@ -93,7 +97,7 @@ def test_only_notable_lines_are_named_and_the_clearest_first() -> None:
         residual(3.0, 3, 1, sigma=NOTABLE_SIGMA - 0.1),
     ]
     assert "lacks 1X and 2X." in gap_words(lines, WORDED, MACHINE, whole=4)
-    assert "No line differs" in gap_words(lines[2:], WORDED, MACHINE, whole=4)
+    assert "No line by itself differs" in gap_words(lines[2:], WORDED, MACHINE, whole=4)
     many = [residual(float(k), 3, 1) for k in range(1, 8)]
     assert gap_words(many, WORDED, MACHINE, whole=4).endswith("; 3 more lines are wrong.")
 
@@ -118,7 +122,49 @@ def test_lines_beside_a_tooth_mesh_carry_its_name(multiple: int, side: int) -> N
     assert line_words(side % 4 + 1.0, gears) == f"{side % 4 + 1}X"
 
 
+def test_lines_that_differ_only_together_are_said_to() -> None:
+    result = made("one cause")
+    small = tuple(replace(one, sigma=NOTABLE_SIGMA / 2) for one in result.residuals)
+    differ = f"No line by itself differs from the model by {NOTABLE_SIGMA:g} standard deviations. Together they do. "
+    assert verdict_words(replace(result, residuals=small)).startswith(differ)
+    # Clipping is seen in the record, not in its lines.
+    seen = replace(result, residuals=small, causes=(replace(result.causes[0], effect="clipping"),))
+    assert "Together" not in verdict_words(seen)
+    assert "Together" not in verdict_words(made("none"))
+
+
 # ---- values ----
+
+
+def _fit(coordinates: tuple[Coordinate, ...], variances: list[float]) -> Fit:
+    """Return a fit of whose figures only position and covariance matter."""
+    bare = np.zeros(0)
+    candidate = Candidate(effect_catalogue()["unbalance"](), coordinates)
+    return Fit((candidate,), np.zeros(len(coordinates)), np.diag(variances), bare, bare, 0.0, bare, bare)
+
+
+def test_data_that_leave_the_prior_as_it_was_tell_nothing() -> None:
+    moment, angle = coordinates_of(effect_catalogue()["unbalance"].parameters())
+    circle = math.pi**2 / 3
+    assert [_fit((moment, angle), [v, circle * v]).tells(i) for v in (0.5, 0.9) for i in (0, 1)] == [
+        True,
+        True,
+        False,
+        False,
+    ]
+    assert _fit((angle,), [circle * 0.9]).interval(0) == (-math.pi, math.pi)
+    low, high = _fit((angle,), [0.01]).interval(0)
+    assert high - low == pytest.approx(2 * 1.645 * 0.1, rel=1e-3)
+
+
+def test_the_verdict_states_no_value_that_is_not_told() -> None:
+    cause = made("one cause").causes[0]
+    names = list(cause.parameters)
+    open_first = {names[0]: replace(cause.parameters[names[0]], is_told=False)}
+    assert parameter_label(names[0], cause.parameters[names[0]].unit) in cause_words(cause)
+    second = cause_words(replace(cause, parameters={**cause.parameters, **open_first}))
+    assert second.startswith(f"unbalance at disc, {parameter_label(names[1], 'rad')} ")
+    assert cause_words(replace(cause, parameters=open_first)) == "unbalance at disc"
 
 
 @given(st.floats(1e-12, 1.0, exclude_max=True))
@@ -231,6 +277,7 @@ def test_json_has_the_stated_keys(kind: str) -> None:
                 "low": value.low,
                 "high": value.high,
                 "unit": value.unit,
+                "is_told": value.is_told,
             }
     assert len(formed["residuals"]) == len(result.residuals)
     assert formed["calibration"]["coupling_stiffness_n_m"]["fitted"] == 81010.2
