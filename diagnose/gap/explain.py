@@ -32,7 +32,7 @@ from .transfer_error import TransferError, learnt, none_of
 from .unknown_force import force_kernels
 from .verdict import told
 from .wanted_lines import wanted_lines
-from .waveform import ONLY_IN_WAVEFORM, seen_in_waveform, with_doubt
+from .waveform import ONLY_IN_WAVEFORM, seen_in_waveform, variations, with_doubt
 
 HIGHEST_ORDER = 6.0
 #: From so many conditions on, a part of them is held out.
@@ -194,7 +194,7 @@ def prepare(
     measured, healthy, further = observed(campaign, machine, channels)
     seen = seen_in_waveform(campaign.recordings, campaign.baseline, list(channels))
     waveform = {name: own for name, own in seen.items() if name not in without}
-    measured = with_doubt(with_floor(measured, REPEATABILITY), waveform)
+    measured = with_doubt(with_floor(measured, REPEATABILITY), waveform, variations(campaign.recordings))
     healthy = with_floor(healthy, REPEATABILITY) if healthy else None
     held_out = _held_out(measured)
     fitted = tuple(i for i in range(len(measured.conditions)) if i not in held_out)

@@ -5,7 +5,7 @@ These are found by the data checks before any line is compared. A channel that s
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +13,7 @@ import numpy as np
 from ...datasets.recording import Recording
 from ..signal.checks import check_channel
 from ..signal.speed import speed_from_tacho
-from .lines import OrderLines
+from .lines import LineKind, OrderLines
 
 #: The effect of the catalogue that each data check shows.
 SHOWN_BY = {
@@ -38,6 +38,16 @@ WANDER, WANDER_GROWTH = 0.002, 3.0
 #: Growth over the healthy records from which held samples, steps and trends count, and the least that counts at all:
 #: share of samples held, step over the standard deviation, trend over the standard deviation.
 GROWTH, LEAST_HELD, LEAST_STEP, LEAST_TREND = 4.0, 2e-3, 1e-3, 0.05
+#: A line changes by so many times the relative change of speed at most: at the half-power point of a resonance with 5 %
+#: of damping, 1 / (2 x 0.05).
+STEEPEST = 10.0
+#: A wandering speed itself gives every order sidebands up to so far away: 95 % of controllers hunt below (prior of
+#: ``speed_wander``).
+WANDER_HZ = 3.2
+#: The means of a record's pieces follow a trend, not chance, where their changes from piece to piece are this small
+#: against their scatter: von Neumann's ratio is 2 by chance, 0.1 on a line, 0.3 where the offset dies out in a fifth of
+#: the record (J. von Neumann, Ann. Math. Stat. 12 (1941) 367).
+SMOOTH = 0.5
 #: Equal samples in a row that count as held.
 HELD_RUN = 4
 PIECES = 10
@@ -56,13 +66,15 @@ def seen_in_waveform(
             own = _shown(one, name) - before
             if usual is not None:
                 own |= _grown(_statistics(one, name), usual)
+            if not _is_smooth(_row(one, name)):
+                own.discard("dc_drift")
             for effect in own:
                 counts[effect] = counts.get(effect, 0) + 1
         for effect, count in counts.items():
             if 2 * count >= len(recordings):
                 found.setdefault(effect, []).append(name)
-    usual_wander = max((_variation(one) for one in healthy), default=0.0)
-    if np.median([_variation(one) for one in recordings]) > max(WANDER, WANDER_GROWTH * usual_wander):
+    usual_wander = variations(healthy).max(initial=0.0)
+    if np.median(variations(recordings)) > max(WANDER, WANDER_GROWTH * usual_wander):
         found["speed_wander"] = []
     return {effect: tuple(names) for effect, names in found.items()}
 
@@ -88,10 +100,20 @@ def _statistics(recording: Recording, name: str) -> _Statistics:
     runs = runs[inside]
     levels = np.unique(signal)
     step = float(np.diff(levels).min()) if levels.size > 1 else 0.0
-    means = np.array([piece.mean() for piece in np.array_split(signal, PIECES)])
+    means = _means(signal)
     # What a straight line through the pieces' means changes over the record.
     trend = float(abs(np.polyfit(np.arange(PIECES), means, 1)[0]) * PIECES)
     return _Statistics(float(runs[runs >= HELD_RUN].sum()) / signal.size, step / deviation, trend / deviation)
+
+
+def _means(signal: np.ndarray) -> np.ndarray:
+    return np.array([piece.mean() for piece in np.array_split(signal[np.isfinite(signal)], PIECES)])
+
+
+def _is_smooth(signal: np.ndarray) -> bool:
+    """Return whether the mean moves steadily: slow vibration and coarse steps shift it as well, from piece to piece."""
+    means = _means(signal)
+    return float(np.sum(np.diff(means) ** 2)) < SMOOTH * float(np.sum((means - means.mean()) ** 2))
 
 
 def _worst(found: Sequence[_Statistics]) -> _Statistics | None:
@@ -121,10 +143,19 @@ def _row(recording: Recording, name: str) -> np.ndarray:
     return recording.signals[[channel.name for channel in recording.channels].index(name)]
 
 
-def with_doubt(lines: OrderLines, seen: dict[str, tuple[str, ...]]) -> OrderLines:
+def with_doubt(lines: OrderLines, seen: Mapping[str, Sequence[str]], variation: np.ndarray) -> OrderLines:
     """Return the lines, less certain at the probes whose waveform shows a defect.
 
-    Probes that have lost a part of their signal are left out, where others remain.
+    Probes that have lost a part of their signal are left out, where others remain, and sidebands that a wandering speed
+    makes.
+
+    Parameters
+    ----------
+    lines : OrderLines
+    seen : mapping of str to sequence of str
+        From `seen_in_waveform`.
+    variation : ndarray (conditions,)
+        Of the speed within each record, see `variations`: where the speed wanders, so do all lines.
     """
     bad = {name for names in seen.values() for name in names}
     lossy = {name for effect in LOSSY for name in seen.get(effect, ())}
@@ -134,7 +165,15 @@ def with_doubt(lines: OrderLines, seen: dict[str, tuple[str, ...]]) -> OrderLine
     # 0 times infinity: a line of exactly nothing at a probe that is left out.
     share = np.where(np.isinf(doubt)[None, :, None], np.inf, 0.0)
     share = share + np.where(np.isinf(doubt), 0.0, doubt)[None, :, None] * np.abs(lines.amplitudes)
+    if "speed_wander" in seen:
+        smeared = np.minimum(STEEPEST * variation, 1.0)[:, None, None] * np.abs(lines.amplitudes)
+        own = np.array([order != 0 and 0 < abs(kind.frequency_hz) <= WANDER_HZ for order, kind in _places(lines)])
+        share = np.where(own[None, None, :], np.inf, np.hypot(share, smeared))
     return replace(lines, deviations=np.hypot(lines.deviations, share))
+
+
+def _places(lines: OrderLines) -> Iterator[tuple[float, LineKind]]:
+    return zip(lines.orders, lines.kinds, strict=True)
 
 
 def accounts_for_lines(seen: Mapping[str, Sequence[str]], probes: Sequence[str]) -> bool:
@@ -152,8 +191,12 @@ def _codes(recording: Recording, name: str) -> set[str]:
     return {check.code for check in check_channel(signal, rate_hz=recording.rate_hz, name=name)}
 
 
+def variations(recordings: Sequence[Recording]) -> np.ndarray:
+    """Return the relative variation of the speed within each record, 0 without a tacho."""
+    return np.array([_variation(one) for one in recordings])
+
+
 def _variation(recording: Recording) -> float:
-    """Return the relative variation of the speed within a record, 0 without a tacho."""
     for index, channel in enumerate(recording.channels):
         if channel.quantity == "tacho":
             found = speed_from_tacho(

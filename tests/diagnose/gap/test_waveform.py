@@ -51,14 +51,55 @@ def test_a_clipped_probe_is_left_out_where_others_remain():
     from rotorwise.diagnose.gap.lines import Condition, OrderLines
     from rotorwise.diagnose.gap.waveform import with_doubt
 
-    values = np.ones((1, 2, 1))
+    values, steady = np.ones((1, 2, 1)), np.zeros(1)
     lines = OrderLines((Condition(600.0),), ("a", "b"), (1.0,), values.astype(complex), 0.1 * values)
-    assert with_doubt(lines, {"clipping": ("a",)}).seen.ravel().tolist() == [False, True]
+    assert with_doubt(lines, {"clipping": ("a",)}, steady).seen.ravel().tolist() == [False, True]
     # The only probes there are stay, with doubt; a drift loses nothing.
-    both = with_doubt(lines, {"clipping": ("a", "b")})
+    both = with_doubt(lines, {"clipping": ("a", "b")}, steady)
     assert both.seen.all()
     assert both.deviations.ravel() == pytest.approx(np.hypot(0.1, 0.2))
-    assert with_doubt(lines, {"dc_drift": ("a",)}).seen.all()
+    assert with_doubt(lines, {"dc_drift": ("a",)}, steady).seen.all()
+
+
+def test_where_the_speed_wanders_lines_are_known_no_better_than_a_resonance_lets_them():
+    from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
+    from rotorwise.diagnose.gap.waveform import with_doubt
+
+    # A resonance with 5 % of damping, at its half-power point: so much its response changes with the speed.
+    damping, step = 0.05, 1e-6
+    response = [1 / (1 - x**2 + 2j * damping * x) for x in (1 - damping, 1 - damping + step)]
+    slope = abs(response[1] - response[0]) / step / abs(response[0])
+    conditions = (Condition(600.0), Condition(900.0))
+    values = np.full((2, 1, 1), 3.0)
+    lines = OrderLines(conditions, ("a",), (1.0,), values.astype(complex), 1e-3 * values)
+    variation = np.array([0.01, 0.0])
+    doubted = with_doubt(lines, {"speed_wander": ()}, variation).deviations.ravel()
+    assert doubted[0] == pytest.approx(3.0 * 0.01 * slope, rel=0.5)
+    assert doubted[1] == pytest.approx(3e-3)
+    beside = tuple(LineKind(phase=False, frequency_hz=f) for f in (1.0, 11.0))
+    wide = OrderLines(conditions, ("a",), (1.0, 1.0), np.ones((2, 1, 2), dtype=complex), np.ones((2, 1, 2)), beside)
+    # A sideband at a controller's frequency is the wander's own, one at 11 Hz is not.
+    assert with_doubt(wide, {"speed_wander": ()}, variation).seen[:, 0].tolist() == [[False, True], [False, True]]
+    # A speed that varies no more than on the healthy machine says nothing.
+    assert with_doubt(lines, {}, variation).deviations == pytest.approx(lines.deviations)
+
+
+def test_a_slow_vibration_and_coarse_steps_are_no_drift():
+    healthy = [_recording(_healthy(i)) for i in range(3)]
+    time = np.arange(SAMPLES) / RATE_HZ
+    slow = [_recording(_healthy(10 + i) + 0.5 * np.sin(2 * np.pi * (0.5 + 0.05 * i) * time)) for i in range(3)]
+    assert seen_in_waveform(slow, healthy, ["a"]) == {}
+    # A speed that hardly changes, in steps as large as its deviation.
+    random = np.random.default_rng(5)
+    still = [_recording(100 + 1e-4 * random.normal(size=SAMPLES)) for _ in range(6)]
+    coarse = [_recording(np.round(1e4 * one.signals[0]) / 1e4) for one in still[3:]]
+    assert seen_in_waveform(coarse, still[:3], ["a"]).keys() == {"quantisation"}
+
+
+def test_an_offset_that_dies_out_is_a_drift():
+    healthy = [_recording(_healthy(i)) for i in range(3)]
+    dying = np.exp(-np.linspace(0.0, 5.0, SAMPLES))
+    assert seen_in_waveform([_recording(_healthy(9) + dying)], healthy, ["a"]) == {"dc_drift": ("a",)}
 
 
 def test_what_the_waveform_shows_joins_every_hypothesis():
