@@ -3,8 +3,8 @@
 The generator runs in the time domain and shares nothing with the engine but the description of machines and effects.
 Of twenty trials four hide nothing (in two of these the machine has drifted since its healthy records), ten hide one
 effect, three hide two, and three hide one that the engine is not told of. Hidden is any effect of the catalogue that
-can act on the machine, on the measuring chain as well; many of these leave the order lines as they are, so that d2 is
-what a trial is judged by. Where two are hidden, or an unknown one, effects are drawn up to four times for a d2 of 20
+can act on the machine, on the measuring chain as well; many of these leave the lines as they are, so that d2 is what a
+trial is judged by. Where two are hidden, or an unknown one, effects are drawn up to four times for a d2 of 20
 each: what nobody can see is neither half of a pair nor unknown. A draw that cannot be simulated (it makes the machine
 unstable) is drawn again.
 
@@ -31,7 +31,7 @@ from ....simulators.errors import InvalidValueError, RotorwiseError
 from ....simulators.machine import Machine, find_machine
 from ....simulators.solvers.simulate import Simulation
 from .draws import applicable, drawn, drifted, perturbed, weakened
-from .lines import Lines, detectability, lines_of, orders_of
+from .lines import Lines, detectability, lines_of, orders_of, with_stated
 from .ranges import TrialRange, find_range
 from .recorder import GAIN_DEVIATION, Setting, clean_record, kept, motions, noise_of, recording
 
@@ -170,21 +170,34 @@ class Scene:
         """Return the motion of machines in every setting."""
         return motions(machines, self.settings, self.how)
 
-    def lines(self, runs: Sequence[Simulation], machine: Machine) -> list[Lines]:
-        """Return the lines of runs behind a chain that has the machine's sensor effects and no flaw else."""
+    def lines(self, runs: Sequence[Simulation], machine: Machine, orders: Sequence[np.ndarray]) -> list[Lines]:
+        """Return the lines of runs behind a chain that has the machine's sensor effects and no flaw else.
+
+        ``orders`` are those of each setting.
+        """
         found = []
         for stream, (run, setting) in enumerate(zip(runs, self.settings, strict=True)):
             record = clean_record(run, machine, setting, self.how, turns=self.turns, seed=self.seed, stream=stream)
-            found.append(lines_of(record.signals, record.phase_rad, self.orders, rate_hz=self.how.rate_hz))
+            found.append(lines_of(record.signals, record.phase_rad, orders[stream], rate_hz=self.how.rate_hz))
         return found
 
     def d2(
-        self, runs: Sequence[Simulation], machine: Machine, before: Sequence[Simulation], machine_before: Machine
+        self,
+        runs: Sequence[Simulation],
+        machine: Machine,
+        before: Sequence[Simulation],
+        machine_before: Machine,
+        effects: Sequence[Effect] = (),
     ) -> float:
-        """Return the detectability of the change from one machine's runs to another's."""
+        """Return the detectability of the change from one machine's runs to another's, that these effects make."""
         noise = [noise_of(run, self.snr_db) for run in runs]
         rows = kept(runs[0], self.how)
-        return detectability(self.lines(runs, machine), self.lines(before, machine_before), noise, rows)
+        orders = [
+            with_stated(self.orders, effects, machine, speed_rpm=one.speed_rpm, turns=self.turns)
+            for one in self.settings
+        ]
+        now, then = self.lines(runs, machine, orders), self.lines(before, machine_before, orders)
+        return detectability(now, then, noise, rows)
 
 
 def _made(
@@ -207,7 +220,8 @@ def _made(
     base = now.with_effects(weak.effect) if weak else now
     unhidden = scene.run(base)[0] if weak else plain
     runs, truth, hidden, redrawn = _hide(scene, base, unhidden, kind, catalogue, generator)
-    together = scene.d2(runs, truth, unhidden, base) if hidden else 0.0
+    acting = [one.effect for one in hidden]
+    together = scene.d2(runs, truth, unhidden, base, acting) if hidden else 0.0
     common = {"how": how, "gains": gains, "snr_db": snr_db, "turns": turns, "seed": seed}
     sound = motions([healthy], before, how)[0]
     campaign = Campaign(
@@ -264,7 +278,7 @@ def _weak(
         weak = weakened(effect, share)
         changed = machine.with_effects(weak)
         try:
-            d2 = scene.d2(scene.run(changed)[0], changed, plain, machine)
+            d2 = scene.d2(scene.run(changed)[0], changed, plain, machine, [weak])
         except RotorwiseError:
             share /= 10
             continue
@@ -297,7 +311,8 @@ def _hide(
             without = others or [unhidden]
             runs = with_wrong_law(scene.orders, first, without, effects, generator)
             # Of the effect alone: the other one's wrong law does not count.
-            sizes = [scene.d2(first, truth, own, less) for own, less in zip(without, poorer, strict=True)]
+            alone = zip(without, poorer, effects, strict=True)
+            sizes = [scene.d2(first, truth, own, less, [effect]) for own, less, effect in alone]
         except RotorwiseError:
             continue
         if kind == "one" or min(sizes) >= DETECTABLE or redrawn >= DRAWS_FOR_IT - 1:

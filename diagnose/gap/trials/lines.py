@@ -7,9 +7,9 @@ Detectability of a change dA of the complex lines A, summed over conditions c, p
 with the noise's rms s in that record and channel, N samples, and A the line with the effect. s_n is the standard
 deviation of the real (or imaginary) part of a line taken with a Hann window: 2 s^2 / N for a plain mean, times 1.5.
 0.01 |A| is the gain's error. The orders are 1/2, 1, ... 6 of the reference shaft; with a gear mesh also those of the
-other shaft (1, 2) and three multiples of the mesh with sidebands of both shafts. What lies between these lines (bearing
-defects, the supply's frequency, noise) and the mean do not count. A longer record does not help beyond the gain's
-error.
+other shaft (1, 2) and three multiples of the mesh with sidebands of both shafts, and the lines that the effect itself
+states, wherever they lie (a bearing defect's, a load's frequency). Noise and the mean do not count. A longer record
+does not help beyond the gain's error.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ....simulators.effect import Effect
 from ....simulators.machine import Machine
 from ....simulators.rotor_dynamics.gear_mesh_stiffness import SpurPair
 from .recorder import GAIN_DEVIATION
@@ -26,6 +27,8 @@ from .recorder import GAIN_DEVIATION
 #: Noise power of a Hann-weighted mean over that of a plain mean.
 _HANN = 1.5
 _FLAT = 0.4
+#: From the middle of a Hann window's line to its first zero, in bins.
+_LOBE = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +55,30 @@ def orders_of(machine: Machine) -> np.ndarray:
             around = (0.0, 1.0, -1.0, ratio, -ratio)
             found |= {ratio, 2 * ratio} | {n * part.mesh_order + beside for n in (1, 2, 3) for beside in around}
     return np.array(sorted(found))
+
+
+def with_stated(
+    orders: np.ndarray, effects: Sequence[Effect], machine: Machine, *, speed_rpm: float, turns: float
+) -> np.ndarray:
+    """Return the orders and those of the lines that effects state, but for what a record cannot tell from another.
+
+    Parameters
+    ----------
+    orders : ndarray
+    effects : sequence of Effect
+    machine : Machine
+        With these effects.
+    speed_rpm : float
+    turns : float
+        Length of the record: lines closer than two of its bins count once.
+    """
+    found = [0.0, *orders]
+    for effect in effects:
+        for line in effect.signature(machine):
+            order = line.order_at(speed_rpm)
+            if min(abs(order - other) for other in found) >= _LOBE / turns:
+                found.append(order)
+    return np.array(found[1:])
 
 
 def lines_of(signals: np.ndarray, phase_rad: np.ndarray, orders: np.ndarray, *, rate_hz: float) -> Lines:
