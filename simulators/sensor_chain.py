@@ -108,25 +108,22 @@ class SensorChain:
             )
             return record.with_signals(signals)
         if link == "transducer":
-            signals = filtered(record.signals, record.rate_hz, self._band) if self._limits_band else record.signals
-            return record.with_signals(signals + self._noise(record, generator))
+            return record.with_signals(self._transduced(record) + self._noise(record, generator))
         if link == "filter" and self.anti_alias_hz is not None:
             return record.with_signals(filtered(record.signals, record.rate_hz, self._anti_alias))
         if link == "converter":
             return record.with_signals(self._converted(record))
         return record
 
-    @property
-    def _limits_band(self) -> bool:
-        return self.high_pass_hz > 0 or self.pole_hz is not None
-
-    def _band(self, frequency_hz: np.ndarray) -> np.ndarray:
-        transfer = np.ones(frequency_hz.shape, complex)
-        if self.high_pass_hz > 0:
-            transfer *= 1j * frequency_hz / (self.high_pass_hz + 1j * frequency_hz)
-        if self.pole_hz is not None:
-            transfer /= 1 + 1j * frequency_hz / self.pole_hz
-        return transfer
+    def _transduced(self, record: SensorRecord) -> np.ndarray:
+        signals, high_pass, pole = record.signals, self.high_pass_hz, self.pole_hz
+        if high_pass > 0:
+            signals = filtered(
+                signals, record.rate_hz, lambda f: 1j * f / (high_pass + 1j * f), mean_over_s=1.0 / high_pass
+            )
+        if pole is not None:
+            signals = filtered(signals, record.rate_hz, lambda f: 1 / (1 + 1j * f / pole))
+        return signals
 
     def _anti_alias(self, frequency_hz: np.ndarray) -> np.ndarray:
         """Return the Butterworth low-pass: poles evenly spread over the left half of a circle."""

@@ -62,7 +62,9 @@ class SensorRecord:
         return replace(self, signals=signals)
 
 
-def filtered(signals: np.ndarray, rate_hz: float, transfer: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+def filtered(
+    signals: np.ndarray, rate_hz: float, transfer: Callable[[np.ndarray], np.ndarray], *, mean_over_s: float = 0.0
+) -> np.ndarray:
     """Return signals behind a linear filter of known transfer function, without the error of a digital imitation.
 
     Parameters
@@ -71,10 +73,14 @@ def filtered(signals: np.ndarray, rate_hz: float, transfer: Callable[[np.ndarray
     rate_hz : float
     transfer : callable
         ``transfer(frequency_hz) -> complex ndarray`` of the same shape, for frequencies from 0 to half the rate.
+    mean_over_s : float
+        Of a filter that takes away the mean: the stretch at either end that tells what the mean is there.
 
     Notes
     -----
-    The signal is continued at both ends by its point reflection, so that steady signals have no transient.
+    The signal is continued at both ends by its point reflection, so that steady signals have no transient. Reflected
+    in its last sample it would get another mean, which AC coupling answers with a slow decay from twice that sample's
+    height; there it is reflected in the mean.
     """
     # Twice as fast as numpy's: it takes two channels together.
     from scipy.fft import irfft, next_fast_len, rfft
@@ -84,11 +90,27 @@ def filtered(signals: np.ndarray, rate_hz: float, transfer: Callable[[np.ndarray
     pad = max(count - 1, 0)
     # A length of large prime factors costs a Fourier transform twelve times as much.
     beyond = next_fast_len(count + 2 * pad, real=True) - count - pad
-    long = np.pad(signals, ((0, 0), (pad, beyond)), mode="reflect", reflect_type="odd") if pad else signals
+    if not pad:
+        long = signals
+    elif mean_over_s > 0:
+        long = _reflected_in_mean(signals, pad, beyond, stretch=max(round(mean_over_s * rate_hz), 1))
+    else:
+        long = np.pad(signals, ((0, 0), (pad, beyond)), mode="reflect", reflect_type="odd")
     spectrum = rfft(long, axis=1)
     spectrum *= transfer(np.fft.rfftfreq(long.shape[1], 1 / rate_hz))
     filtered = np.asarray(irfft(spectrum, long.shape[1], axis=1, overwrite_x=True))
     return filtered[:, pad : pad + count]
+
+
+def _reflected_in_mean(signals: np.ndarray, before: int, after: int, *, stretch: int) -> np.ndarray:
+    """Return signals continued by their reflection in the mean of a stretch at either end, with the sign turned."""
+    window = np.hanning(min(stretch, signals.shape[1]) + 2)[1:-1]
+    window /= window.sum()
+    first, last = signals[:, : window.size] @ window, signals[:, -window.size :] @ window
+    turned = np.pad(signals, ((0, 0), (before, after)), mode="reflect")
+    turned[:, :before] = 2 * first[:, None] - turned[:, :before]
+    turned[:, before + signals.shape[1] :] = 2 * last[:, None] - turned[:, before + signals.shape[1] :]
+    return turned
 
 
 def resonance(frequency_hz: np.ndarray, *, period_s: float, damping_ratio: float) -> np.ndarray:

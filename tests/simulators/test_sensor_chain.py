@@ -35,6 +35,14 @@ def test_ac_coupling_removes_the_mean():
     assert made.signals.mean() == pytest.approx(0.0, abs=1e-3)
 
 
+@pytest.mark.parametrize("phase_rad", [0.0, 1.0, np.pi / 2, 3.0])
+def test_ac_coupling_of_a_steady_vibration_starts_without_a_transient(phase_rad):
+    """A chain that has run for long shows the vibration and no mean, from the first sample to the last."""
+    signal = np.cos(2 * np.pi * 300 * seconds(2) + phase_rad)
+    made = through(SensorChain(high_pass_hz=0.5), record(signal)).signals[0]
+    assert made == pytest.approx(signal, abs=0.005)  # 0.5 / 300 of it is what the filter leaves out of phase
+
+
 @pytest.mark.parametrize("frequency_hz", [100, 500, 1000])
 def test_anti_alias_filter_is_a_butterworth(frequency_hz):
     made = through(
