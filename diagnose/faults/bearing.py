@@ -9,6 +9,7 @@ stiffness modulates are taken off: their sidebands stand beside the mesh, those 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,6 +31,8 @@ _HARMONICS_FACTOR = {0: 0.5, 1: 0.5, 2: 1.0, 3: 1.5}
 _LEAST_PROBABILITY = 0.02
 # The stiffness of few balls is no sine: its multiples count as well.
 _BESIDE_MESH = np.array([-6, -5, -4, -3, -2, -1, 1, 2, 3, 4, 5, 6])
+_WEAK = 0.1  # of the strongest direction at the same place, in the same band
+_OTHER_DIRECTION = 2.0  # times the depth of the next direction at the same place is as deep as one is believed to be
 _SECOND_DEFECT = 0.3  # a second defect at once is rarer, and a strong first one stirs everything
 
 _CHECKS = {
@@ -89,11 +92,12 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
     """
     if now.speed is None or not now.turning:
         return []
+    heard = speaking(now)
     waiting = [(bearing, rhythm) for bearing in now.recording.nameplate.bearings for rhythm in rhythms(bearing)]
     taken: list[RhythmEvidence] = []
     findings: list[Finding] = []
     while waiting:
-        found = [(one, pair) for pair in waiting if (one := strongest(now, pair[1], taken)) is not None]
+        found = [(one, pair) for pair in waiting if (one := confirmed(now, pair[1], taken, heard)) is not None]
         if not found:
             break
         evidence, pair = max(found, key=lambda one: one[0].odds)
@@ -112,15 +116,67 @@ def place_of(bearing: MountedBearing) -> str:
     return bearing.location or bearing.geometry.designation or "the bearing"
 
 
-def strongest(now: Observation, rhythm: DefectRhythm, taken: list[RhythmEvidence]) -> RhythmEvidence | None:
-    """Return the envelope in which a rhythm speaks loudest, or None where it is nowhere significant."""
+def strongest(
+    now: Observation,
+    rhythm: DefectRhythm,
+    taken: list[RhythmEvidence],
+    envelopes: Sequence[EnvelopeSpectrum] | None = None,
+) -> RhythmEvidence | None:
+    """Return the envelope, of those given or of all, in which a rhythm speaks loudest; None where it is nowhere so."""
     best: RhythmEvidence | None = None
-    for envelope in now.envelopes:
+    for envelope in now.envelopes if envelopes is None else envelopes:
         for frequency in _candidates(now, envelope, rhythm):
             evidence = _measure(now, envelope, rhythm, frequency, taken)
             if evidence is not None and (best is None or evidence.odds > best.odds):
                 best = evidence
     return best
+
+
+def confirmed(
+    now: Observation, rhythm: DefectRhythm, taken: list[RhythmEvidence], envelopes: Sequence[EnvelopeSpectrum]
+) -> RhythmEvidence | None:
+    """Return what the loudest envelope says of a rhythm, as far as another direction at the same place agrees.
+
+    Impacts shake every direction. With gears, one that a rhythm modulates much deeper than all others there is the one
+    across the tooth force, which the balls of a sound bearing hand on now to one side, now to the other.
+    """
+    best = strongest(now, rhythm, taken, envelopes)
+    if best is None or not now.recording.nameplate.gears:
+        return best
+    channels = now.recording.channels
+    own = best.envelope.channel
+    place = channels[own].location, channels[own].quantity
+    others = [
+        one
+        for one in now.envelopes
+        if one.channel != own and place[0] and (channels[one.channel].location, channels[one.channel].quantity) == place
+    ]
+    if not others:
+        return best
+    second = strongest(now, rhythm, taken, others)
+    return replace(best, depth=min(best.depth, _OTHER_DIRECTION * (second.depth if second is not None else 0.0)))
+
+
+def speaking(now: Observation) -> list[EnvelopeSpectrum]:
+    """Return the envelopes in which impacts on a race would show.
+
+    Displacement falls with the square of frequency: where a resonance rings it holds next to nothing, and what
+    modulates that little is the changing stiffness of sound bearings. It counts only where nothing else was measured.
+    So it is with a direction that moves by a small part of another one at the same place: balls that pass under a
+    load throw a little of it sideways, which is modulated wholly, while impacts shake every direction.
+    """
+    channels = now.recording.channels
+    heard = [one for one in now.envelopes if channels[one.channel].quantity != "displacement"] or list(now.envelopes)
+    loudest: dict[tuple[object, ...], float] = {}
+    for one in heard:
+        loudest[_band(now, one)] = max(loudest.get(_band(now, one), 0.0), one.mean)
+    return [one for one in heard if one.mean >= _WEAK * loudest[_band(now, one)]]
+
+
+def _band(now: Observation, one: EnvelopeSpectrum) -> tuple[object, ...]:
+    """Return what envelopes that can be compared have in common; a channel without a place stands alone."""
+    about = now.recording.channels[one.channel]
+    return about.location or one.channel, about.quantity, one.low_hz, one.high_hz
 
 
 def _candidates(now: Observation, envelope: EnvelopeSpectrum, rhythm: DefectRhythm) -> list[float]:
@@ -317,7 +373,7 @@ def _finding(
     own = now.recording.channels[evidence.envelope.channel].name
     if baseline is not None and baseline.speed is not None and own in _names(baseline):
         # A baseline without this sensor says nothing of it. The best of all channels is compared with the best of all.
-        before = strongest(baseline, evidence.rhythm, [])
+        before = confirmed(baseline, evidence.rhythm, [], speaking(baseline))
         earlier = before.depth if before is not None else 0.0
         # What the healthy machine shows is its own; only the rest speaks for a defect, and less of it is enough.
         excess = max(evidence.depth - earlier, 0.0)

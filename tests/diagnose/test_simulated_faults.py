@@ -181,3 +181,19 @@ def test_a_sound_bearing_that_modulates_the_mesh_is_no_defect(record: Record) ->
     damaged = analyse(record(GEARBOX, ("outer_race_defect",), 1)).findings
     assert damaged[0].fault == "bearing_outer_race"
     assert damaged[0].probability > 0.9
+
+
+@pytest.mark.parametrize(("speed_rpm", "load"), [(1200.0, 45.0), (1500.0, 45.0), (1800.0, 80.0), (2400.0, 80.0)])
+def test_sound_bearings_of_a_gearbox_are_no_defect_at_any_probe(speed_rpm: float, load: float, tmp_path: Path) -> None:
+    """All probes, no baseline: displacement and the direction across the tooth force are modulated by sound balls."""
+    result = record_machine(
+        parse_machine("gearbox", preset="plausible", settings=(), load=load),
+        speed_rpm=speed_rpm,
+        duration_s=3.0,
+        rate_hz=12_800.0,
+        settle_s=0.5,
+        chain=parse_chain("accelerometer:noise.m/s2=3e-3", pulses_per_revolution=1),
+        seed=4,
+    )
+    findings = analyse(write_recording(result.recording, tmp_path / "sound.npz").path).findings
+    assert all(one.probability < 0.5 for one in findings), [(one.fault, one.probability) for one in findings]
