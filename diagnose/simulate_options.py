@@ -75,7 +75,9 @@ def parse_effect(text: str) -> Effect:
     from ..simulators.effect import make_effect
 
     head, _, tail = text.partition(":")
-    name, _, at = head.partition("@")
+    name, where, at = head.partition("@")
+    if where and not at.strip():
+        raise InvalidValueError(f"--with {text}: no place after '@'; allowed: EFFECT or EFFECT@PLACE. Name it.")
     return make_effect(name.strip(), _pairs(tail.split(",") if tail else (), f"--with {text}"), at=at.strip())
 
 

@@ -134,6 +134,7 @@ def test_effects_are_read_with_place_and_values() -> None:
         ("unbalance:moment_kg_m", "'moment_kg_m' is not understood"),
         ("unbalance:moment_kg_m=x", "is not a number"),
         ("unbalance:moment_kg_m=1e-4,moment_kg_m=2e-4", "given twice"),
+        ("unbalance@:moment_kg_m=1e-4", "no place after"),
     ):
         with pytest.raises(InvalidValueError, match=words.replace("(", r"\(")):
             parse_effect(text)
