@@ -16,6 +16,7 @@ import numpy as np
 
 from ...datasets.recording import MountedBearing
 from ..compare import comparable, order_change_db, path_changed
+from ..heard_envelopes import mesh_lines, other_directions, speaking
 from ..observe import Observation
 from ..result import Finding, Line
 from ..signal.envelope import EnvelopeSpectrum
@@ -31,7 +32,6 @@ _HARMONICS_FACTOR = {0: 0.5, 1: 0.5, 2: 1.0, 3: 1.5}
 _LEAST_PROBABILITY = 0.02
 # The stiffness of few balls is no sine: its multiples count as well.
 _BESIDE_MESH = np.array([-6, -5, -4, -3, -2, -1, 1, 2, 3, 4, 5, 6])
-_WEAK = 0.1  # of the strongest direction at the same place, in the same band
 _OTHER_DIRECTION = 2.0  # times the depth of the next direction at the same place is as deep as one is believed to be
 _SECOND_DEFECT = 0.3  # a second defect at once is rarer, and a strong first one stirs everything
 
@@ -143,40 +143,10 @@ def confirmed(
     best = strongest(now, rhythm, taken, envelopes)
     if best is None or not now.recording.nameplate.gears:
         return best
-    channels = now.recording.channels
-    own = best.envelope.channel
-    place = channels[own].location, channels[own].quantity
-    others = [
-        one
-        for one in now.envelopes
-        if one.channel != own and place[0] and (channels[one.channel].location, channels[one.channel].quantity) == place
-    ]
-    if not others:
+    if not (others := other_directions(now, best.envelope)):
         return best
     second = strongest(now, rhythm, taken, others)
     return replace(best, depth=min(best.depth, _OTHER_DIRECTION * (second.depth if second is not None else 0.0)))
-
-
-def speaking(now: Observation) -> list[EnvelopeSpectrum]:
-    """Return the envelopes in which impacts on a race would show.
-
-    Displacement falls with the square of frequency: where a resonance rings it holds next to nothing, and what
-    modulates that little is the changing stiffness of sound bearings. It counts only where nothing else was measured.
-    So it is with a direction that moves by a small part of another one at the same place: balls that pass under a
-    load throw a little of it sideways, which is modulated wholly, while impacts shake every direction.
-    """
-    channels = now.recording.channels
-    heard = [one for one in now.envelopes if channels[one.channel].quantity != "displacement"] or list(now.envelopes)
-    loudest: dict[tuple[object, ...], float] = {}
-    for one in heard:
-        loudest[_band(now, one)] = max(loudest.get(_band(now, one), 0.0), one.mean)
-    return [one for one in heard if one.mean >= _WEAK * loudest[_band(now, one)]]
-
-
-def _band(now: Observation, one: EnvelopeSpectrum) -> tuple[object, ...]:
-    """Return what envelopes that can be compared have in common; a channel without a place stands alone."""
-    about = now.recording.channels[one.channel]
-    return about.location or one.channel, about.quantity, one.low_hz, one.high_hz
 
 
 def _candidates(now: Observation, envelope: EnvelopeSpectrum, rhythm: DefectRhythm) -> list[float]:
@@ -291,7 +261,7 @@ def _modulated_mesh(now: Observation, envelope: EnvelopeSpectrum, frequency_hz: 
     Lines at k mesh +- m rhythm, m up to 6, over all that is in the band except the mesh lines themselves; what such
     narrow windows would hold of evenly spread power is taken off.
     """
-    carriers = _mesh_lines(now, envelope)
+    carriers = mesh_lines(now, envelope)
     if not carriers.size:
         return 0.0
     spectrum = now.spectrum
@@ -311,16 +281,6 @@ def _modulated_mesh(now: Observation, envelope: EnvelopeSpectrum, frequency_hz: 
     if total <= 0 or even >= 0.5:
         return 0.0  # lines so dense that they cover the band tell nothing
     return max(float(power[sides].sum()) / total - even, 0.0) / (1.0 - even)
-
-
-def _mesh_lines(now: Observation, envelope: EnvelopeSpectrum) -> np.ndarray:
-    """Return the frequencies of the tooth-mesh harmonics in a band or one mesh order outside it."""
-    found: list[float] = []
-    for gear in now.recording.nameplate.gears:
-        mesh = gear.mesh_order * now.speed_hz
-        first, last = max(int(envelope.low_hz / mesh), 1), int(envelope.high_hz / mesh) + 1
-        found += [harmonic * mesh for harmonic in range(first, last + 1)]
-    return np.array(found)
 
 
 def _belongs_elsewhere(
@@ -371,7 +331,11 @@ def _finding(
     lines = evidence.lines
     note = ""
     own = now.recording.channels[evidence.envelope.channel].name
-    if baseline is not None and baseline.speed is not None and own in _names(baseline):
+    if (
+        baseline is not None
+        and baseline.speed is not None
+        and any(channel.name == own for channel in baseline.recording.channels)
+    ):
         # A baseline without this sensor says nothing of it. The best of all channels is compared with the best of all.
         before = confirmed(baseline, evidence.rhythm, [], speaking(baseline))
         earlier = before.depth if before is not None else 0.0
@@ -392,10 +356,6 @@ def _finding(
     if evidence.depth < _EVEN_DEPTH:
         summary += " Shallow: a healthy loaded bearing can do this too."
     return Finding(evidence.rhythm.fault, odds / (1 + odds), summary, lines, _CHECKS[evidence.rhythm.fault])
-
-
-def _names(observation: Observation) -> list[str]:
-    return [channel.name for channel in observation.recording.channels]
 
 
 def _load_factor(now: Observation, baseline: Observation) -> float:
