@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .fault_names import HEALTHY
-from .feature_table import FeatureTable
 from .relative_features import level_names, relative_feature_names
+
+if TYPE_CHECKING:
+    from .feature_table import FeatureTable
 
 #: Standard deviation of a level between records of one healthy assembly, dB: as the rules have it (`compare.py`).
 REPEATABILITY_DB = 4.0

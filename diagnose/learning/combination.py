@@ -10,14 +10,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from sklearn.linear_model import LogisticRegression
 
 from ..evidence import LEAST_PROBABILITY
-from .fault_classifier import FaultClassifier, out_of_group
-from .learning_set import LearningSet
+
+if TYPE_CHECKING:
+    from .fault_classifier import FaultClassifier
+    from .learning_set import LearningSet
 
 #: Faults of which rules and model are combined, in recordings without a baseline. All else is left to the rules: they
 #: judge the change against a baseline, and no rule was asked on simulated pairs, so that the weights do not know what
@@ -66,6 +67,9 @@ def fit_weights(rules: np.ndarray, model: np.ndarray, present: np.ndarray) -> We
     present : array of bool (n,)
         Whether the fault was there and showed.
     """
+    # Fitting needs scikit-learn, which takes two seconds to load; using the weights does not.
+    from sklearn.linear_model import LogisticRegression
+
     columns = {"rules": log_odds(rules), "model": log_odds(model)}
     while True:
         found = LogisticRegression(C=1e6, max_iter=1000).fit(np.column_stack(list(columns.values())), present)
@@ -94,6 +98,8 @@ def race_weights(rules: Mapping[str, np.ndarray], rows: LearningSet, classifier:
     Weights or None
         None where the rules found none of the faults, or were always right.
     """
+    from .fault_classifier import out_of_group
+
     classes = [str(one) for one in np.unique(rows.labels)]
     faults = [fault for fault in COMBINED if fault in classes and fault in rules]
     if not faults or len(classes) < 2:

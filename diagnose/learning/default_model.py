@@ -1,7 +1,8 @@
 """The model that `rotorwise analyse` uses: shipped as simulated features, fitted at first use, kept in a cache.
 
-The cached file is named after the version of rotorwise, of what else decides its numbers, and the content of the
-features: another one is another file. A cache that cannot be read or written costs the fit again, nothing else.
+The cached files, the model of scikit-learn and its arrays (`plain_model`), are named after the version of rotorwise, of
+what else decides their numbers, and the content of the features: another one is another file. A cache that cannot be
+read or written costs the fit again, nothing else.
 """
 
 from __future__ import annotations
@@ -9,14 +10,14 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
+import zipfile
 from contextlib import suppress
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
 
-from .feature_file import read_features
 from .model_file import Model, ModelFileError, load_model, model_bytes, model_versions
-from .training import train
+from .plain_model import plain, plain_bytes, plain_from_bytes
 
 FEATURES = "default_features.parquet"
 MODEL, SEED, ITERATIONS = "linear", 0, 60
@@ -33,15 +34,40 @@ def default_model() -> Model:
     FeatureFileError
         When the shipped features are damaged.
     """
-    content = files(__package__ or "rotorwise.diagnose.learning").joinpath(FEATURES).read_bytes()
-    place = cache_folder() / f"default-{_key(content)}.skops"
+    content = _content()
+    place = _place(content, "skops")
     with suppress(ModelFileError, OSError):
         return load_model(place)
+    # Loaded here, as fitting needs scikit-learn and reading tables pyarrow.
+    from .feature_file import read_features
+    from .training import train
+
     table, origin = read_features(content)
     made = train(table, origin=origin, model=MODEL, seed=SEED, iterations=ITERATIONS, judge=False)
     with suppress(OSError):
         _keep(place, model_bytes(made))
     return made
+
+
+@cache
+def plain_default_model() -> Model:
+    """Return the default model as arrays: the same answers, without loading scikit-learn once they are cached."""
+    place = _place(_content(), "npz")
+    with suppress(OSError, ValueError, LookupError, EOFError, zipfile.BadZipFile):
+        return plain_from_bytes(place.read_bytes())
+    fitted = default_model()
+    made = Model(plain(fitted.classifier), fitted.features, fitted.card)
+    with suppress(OSError):
+        _keep(place, plain_bytes(made))
+    return made
+
+
+def _content() -> bytes:
+    return files(__package__ or "rotorwise.diagnose.learning").joinpath(FEATURES).read_bytes()
+
+
+def _place(content: bytes, ending: str) -> Path:
+    return cache_folder() / f"default-{_key(content)}.{ending}"
 
 
 def cache_folder() -> Path:

@@ -12,10 +12,7 @@ from typing import Any
 import numpy as np
 from sklearn.base import BaseEstimator
 
-_NEIGHBOURS = 5
-#: A feature counts at most so many of its own spreads: one absurd value makes a vector far, not infinitely far.
-_FARTHEST = 8.0
-_ROWS_AT_ONCE = 256
+from .nearest import distances, scaled, share_as_far
 
 
 class Novelty(BaseEstimator):
@@ -51,34 +48,13 @@ class Novelty(BaseEstimator):
         spread = np.where(np.isfinite(high - low), (high - low) / 2, 0.0)
         widest = np.nanmax(np.abs(np.where(np.isnan(X), self.centre_, X) - self.centre_), axis=0)
         self.spread_ = np.where(spread > 0, spread, np.where(widest > 0, widest, 1.0))
-        self.rows_ = self._scaled(X)
+        self.rows_ = scaled(X, self.centre_, self.spread_)
         self.groups_ = np.arange(len(X)) if groups is None else np.unique(groups, return_inverse=True)[1].reshape(-1)
-        self.distances_ = np.sort(self._distances(self.rows_, self.groups_))
+        own = distances(self.rows_, self.rows_, groups=self.groups_, training_groups=self.groups_)
+        self.distances_ = np.sort(own)
         return self
 
     def p_value(self, X: np.ndarray) -> np.ndarray:
         """Return (1 + number of training distances as large) / (1 + number), shape (rows,)."""
-        own = self._distances(self._scaled(X), None)
-        beyond = self.distances_.size - np.searchsorted(self.distances_, own, side="left")
-        return (1.0 + beyond) / (1.0 + self.distances_.size)
-
-    def _scaled(self, X: np.ndarray) -> np.ndarray:
-        filled = np.where(np.isnan(X), self.centre_, X)
-        return np.clip((filled - self.centre_) / self.spread_, -_FARTHEST, _FARTHEST)
-
-    def _distances(self, rows: np.ndarray, groups: np.ndarray | None) -> np.ndarray:
-        """Return the mean distance to the nearest neighbours; with groups, to those of other groups."""
-        found = np.empty(len(rows))
-        squares = (self.rows_**2).sum(axis=1)
-        for start in range(0, len(rows), _ROWS_AT_ONCE):
-            part = rows[start : start + _ROWS_AT_ONCE]
-            distance = (part**2).sum(axis=1)[:, None] + squares - 2 * part @ self.rows_.T
-            if groups is not None:
-                same = groups[start : start + _ROWS_AT_ONCE, None] == self.groups_
-                # A single group has no others; its rows are then compared with each other.
-                distance = np.where(same & ~same.all(axis=1)[:, None], np.inf, distance)
-            count = min(_NEIGHBOURS, distance.shape[1])
-            nearest = np.partition(distance, count - 1, axis=1)[:, :count]
-            nearest = np.where(np.isfinite(nearest), np.sqrt(np.maximum(nearest, 0.0)), np.nan)
-            found[start : start + _ROWS_AT_ONCE] = np.nanmean(nearest, axis=1)
-        return found
+        own = distances(scaled(X, self.centre_, self.spread_), self.rows_)
+        return share_as_far(own, self.distances_)

@@ -1,6 +1,6 @@
 """What the default model says of a recording, and the findings with it: rules and model in one ranking.
 
-scikit-learn is imported when the model is asked, not before: most recordings have no bearing known.
+The model is asked through its arrays (`plain_model`): loading scikit-learn would take longer than the analysis.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ def opinion_of(
     if now.speed is None or not now.turning or not plate.bearings or plate.gears:
         return None
     from .changes import model_features
-    from .default_model import default_model
+    from .default_model import plain_default_model
     from .relative_features import levels, relative_features
 
     own = relative_features(now, measured=measured) | levels(now)
     before = None
     if baseline is not None and comparable(now, baseline):
         before = relative_features(baseline) | levels(baseline)
-    return stated(default_model(), model_features(own, before), combine=before is None)
+    return stated(plain_default_model(), model_features(own, before), combine=before is None)
 
 
 def stated(model: Model, values: np.ndarray, *, combine: bool = True) -> Opinion:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...simulators.errors import InvalidValueError
+from .vold_kalman_sums import envelopes_and_waves, normal_equations
 
 _KNOTS_A_BANDWIDTH = 48.0
 _MOST_POLES = 3
@@ -71,19 +72,7 @@ class OrderKnots:
 
     def part(self, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
         """Return envelopes and waveforms of samples ``first`` to ``last`` - 1, shape (channels, orders, samples)."""
-        from .vold_kalman_kernel import envelopes_and_waves
-
-        # The carrier looks one sample to each side; blocks begin at a knot.
-        start = first // self.distance * self.distance
-        stop = min(last + 1, self.phases.shape[1])
-        before = int(start > 0)
-        shape = (self.values.shape[0], self.orders.size, stop - start)
-        envelope, wave = np.empty(shape, dtype=complex), np.empty(shape)
-        phases = np.ascontiguousarray(self.phases[:, start - before : stop])
-        values = np.ascontiguousarray(self.values[:, start // self.distance : (stop - 1) // self.distance + 2])
-        envelopes_and_waves(values, phases, self.orders, self.distance, before, envelope, wave)
-        kept = slice(first - start, last - start)
-        return envelope[:, :, kept], wave[:, :, kept]
+        return envelopes_and_waves(self.values, self.phases, self.orders, self.distance, first=first, last=last)
 
 
 def order_waveforms(
@@ -157,13 +146,8 @@ def order_knots(
     lines = np.asarray(orders, dtype=float)
     phases = np.ascontiguousarray(np.atleast_2d(np.asarray(phase_turns, dtype=float)))
     _check(block, phases, lines, rate_hz, bandwidth_hz, poles)
-    from .vold_kalman_kernel import normal_equations
-
     distance = max(int(rate_hz / (_KNOTS_A_BANDWIDTH * bandwidth_hz)), 1)
-    knots = (block.shape[1] - 1) // distance + 2
-    gram = np.zeros((2, knots, lines.size, lines.size), dtype=complex)
-    right = np.zeros((block.shape[0], knots, lines.size), dtype=complex)
-    normal_equations(block, phases, lines, distance, gram, right)
+    gram, right = normal_equations(block, phases, lines, distance)
     gram /= distance
     right /= distance
     values = _solve(gram, right, bandwidth_hz * distance / rate_hz, poles)
