@@ -153,19 +153,18 @@ def _bands(now: Observation) -> dict[str, float]:
     power = now.spectrum.amplitude**2
     loudest = int(np.argmax(power.sum(axis=1)))
     speed = now.speed_hz
-    total = max(float(power[loudest, frequency > 0.5 * speed].sum()), 1e-300)
-    edges = ((0.5, 10.0, "low"), (10.0, 50.0, "middle"), (50.0, np.inf, "high"))
-    values = {
-        f"band_{name}_share": float(power[loudest, (frequency > low * speed) & (frequency <= high * speed)].sum())
-        / total
-        for low, high, name in edges
-    }
+    below = np.concatenate([[0.0], np.cumsum(power[loudest])])
+    edges = [int(np.searchsorted(frequency, order * speed, "right")) for order in (0.5, 10.0, 50.0)] + [frequency.size]
+    shares = np.diff(below[edges]) / max(float(below[-1] - below[edges[0]]), 1e-300)
+    values = {f"band_{name}_share": float(one) for name, one in zip(("low", "middle", "high"), shares, strict=True)}
+    first, last = int(np.searchsorted(frequency, 0.2 * speed, "right")), int(
+        np.searchsorted(frequency, max(1000.0, 10 * speed))
+    )
+    inside, slow = frequency[first:last], int(np.searchsorted(frequency, 0.8 * speed)) - first
     shares = []
     for channel in range(now.channel_count):
-        inside = (frequency > 0.2 * speed) & (frequency < max(1000.0, 10 * speed))
-        velocity = (now.spectrum.amplitude[channel, inside] * now.velocity_factor(channel, frequency[inside])) ** 2
-        below = frequency[inside] < 0.8 * speed
-        shares.append(float(velocity[below].sum() / max(velocity.sum(), 1e-300)))
+        velocity = (now.spectrum.amplitude[channel, first:last] * now.velocity_factor(channel, inside)) ** 2
+        shares.append(float(velocity[:slow].sum() / max(velocity.sum(), 1e-300)))
     values["sub_synchronous_share"] = max(shares)
     return values
 

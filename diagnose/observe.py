@@ -12,7 +12,7 @@ from .result import Line, SpeedEstimate
 from .signal.checks import UNUSABLE, DataCheck, check_channel, check_tacho, repair
 from .signal.envelope import EnvelopeSpectrum, demodulation_bands, envelope_spectra
 from .signal.order_tracking import angular_resample, order_amplitudes, phase_from_pulses
-from .signal.spectrum import Spectrum, amplitude_spectrum, peak_near, spectrum_with_floor
+from .signal.spectrum import PlainSpectrum, Spectrum, peak_near, plain_spectrum, spectrum_with_floor
 from .signal.speed import speed_from_tacho, speed_from_vibration
 
 _FALSE_ALARM = 1e-3  # chance that noise alone makes one significant line in a whole recording
@@ -139,7 +139,8 @@ class Observation:
         """Return the share of one order's line in the velocity energy from 0.3X to 1000 Hz."""
         frequency = self.spectrum.frequency_hz
         low = max(0.3 * self.speed_hz, 2.5 * self.spectrum.resolution_hz)
-        inside = (frequency >= low) & (frequency <= max(1000.0, 10 * self.speed_hz))
+        first, last = np.searchsorted(frequency, low), np.searchsorted(frequency, max(1000.0, 10 * self.speed_hz), "right")
+        inside = slice(int(first), int(last))
         weighted = self.spectrum.amplitude[channel, inside] * self.velocity_factor(channel, frequency[inside])
         total = float((weighted**2).sum()) / 1.5  # a Hann line spreads over 1.5 bins of power
         line = self.line(order, channel=channel)
@@ -184,7 +185,7 @@ def observe(recording: Recording) -> Observation:
     meshes = tuple(gear.mesh_order for gear in recording.nameplate.gears if gear.mesh_order < 60)
     hint = recording.condition.speed_rpm or None  # 0 is how some files say that nobody filled it in
     # Speed, lines and the question whether there are any look at the same spectrum.
-    plain = amplitude_spectrum(usable.signals, rate_hz=usable.rate_hz) if usable.channels else None
+    plain = plain_spectrum(usable.signals, rate_hz=usable.rate_hz) if usable.channels else None
     if speed is None and usable.channels:
         speed = speed_from_vibration(
             usable.signals,
@@ -277,7 +278,7 @@ def _tacho_speed(recording: Recording) -> tuple[SpeedEstimate | None, np.ndarray
     return None, None
 
 
-def _has_lines(recording: Recording, plain: tuple[np.ndarray, np.ndarray] | None = None) -> bool:
+def _has_lines(recording: Recording, plain: PlainSpectrum | None = None) -> bool:
     """Return whether any channel has a line that noise would make in one recording out of a million."""
     if not recording.channels:
         return False
@@ -304,7 +305,7 @@ def _measure(
     checks: tuple[DataCheck, ...],
     order_tracked: bool,
     state: str,
-    plain: tuple[np.ndarray, np.ndarray] | None,
+    plain: PlainSpectrum | None,
 ) -> Observation:
     if not recording.channels:
         empty = Spectrum(

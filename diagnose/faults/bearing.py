@@ -125,6 +125,9 @@ def strongest(
     """Return the envelope, of those given or of all, in which a rhythm speaks loudest; None where it is nowhere so."""
     best: RhythmEvidence | None = None
     for envelope in now.envelopes if envelopes is None else envelopes:
+        # In most envelopes nothing stands out at all.
+        if envelope.spectrum.highest_ratio <= now.significant_ratio:
+            continue
         for frequency in _candidates(now, envelope, rhythm):
             evidence = _measure(now, envelope, rhythm, frequency, taken)
             if evidence is not None and (best is None or evidence.odds > best.odds):
@@ -160,7 +163,7 @@ def _candidates(now: Observation, envelope: EnvelopeSpectrum, rhythm: DefectRhyt
         expected = harmonic * rhythm.order * now.speed_hz
         low = max(int((expected * (1 - _SLIP)) / resolution), 2)
         high = min(int(np.ceil(expected * (1 + _SLIP) / resolution)) + 1, ratio.size - 2)
-        # In most envelopes nothing stands out: one comparison says so.
+        # One comparison says where nothing does.
         if ratio[low : high + 1].max(initial=0.0) <= now.significant_ratio:
             continue
         bins = np.arange(low, high + 1)

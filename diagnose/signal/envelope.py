@@ -180,11 +180,9 @@ def _envelope_spectra(
     depth = np.abs(transform[:, :kept]) * (2.0 / (window.sum() * np.maximum(mean, tiny)))[:, None]
     half_width = max(20, round(0.5 * floor_width_hz / float(frequency[1])))
     floor = noise_floor(depth, half_width_bins=half_width)
+    spectra = Spectrum(frequency[:kept], depth, floor).each_channel()
     return [
-        EnvelopeSpectrum(
-            *place, float(kurtosis[i]), float(mean[i]), Spectrum(frequency[:kept], depth[i : i + 1], floor[i : i + 1])
-        )
-        for i, place in enumerate(places)
+        EnvelopeSpectrum(*place, float(kurtosis[i]), float(mean[i]), spectra[i]) for i, place in enumerate(places)
     ]
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...simulators.errors import InvalidValueError
 from ..result import SpeedEstimate
-from .spectrum import Spectrum, amplitude_spectrum, peak_offsets, spectrum_with_floor
+from .spectrum import PlainSpectrum, Spectrum, peak_offsets, plain_spectrum
 from .tacho import pulse_times, regular_share, repaired_pulses
 
 #: Chance that the n-th harmonic of a turning shaft shows above the noise, n = 1, 2, ...
@@ -137,7 +137,7 @@ def speed_from_vibration(
     highest_hz: float = 500.0,
     known_orders: tuple[float, ...] = (),
     bearing_orders: tuple[float, ...] = (),
-    plain: tuple[np.ndarray, np.ndarray] | None = None,
+    plain: PlainSpectrum | None = None,
 ) -> SpeedEstimate | None:
     """Return the shaft speed that explains the lines of the spectrum, or None when there is no line at all.
 
@@ -155,8 +155,8 @@ def speed_from_vibration(
         Ball-pass orders. A damaged bearing has a comb of its own, often stronger than the shaft's; a shaft speed that
         puts it at one of these orders, within the usual slip, explains that comb too.
 
-    plain : (numpy.ndarray, numpy.ndarray) or None
-        What `amplitude_spectrum` gives for these signals, where it is known already.
+    plain : PlainSpectrum or None
+        What `plain_spectrum` gives for these signals, where it is known already.
 
     Examples
     --------
@@ -167,9 +167,9 @@ def speed_from_vibration(
     >>> round(estimate.speed_hz, 1)
     24.7
     """
-    plain = plain or amplitude_spectrum(signals, rate_hz=rate_hz)
+    plain = plain or plain_spectrum(signals, rate_hz=rate_hz)
     width = max(20.0, 0.5 * (hint_hz or 0.0))
-    spectrum = spectrum_with_floor(signals, rate_hz=rate_hz, floor_width_hz=width, plain=plain)
+    spectrum = plain.with_floor(width)
     resolution = spectrum.resolution_hz
     if hint_hz is not None:
         lowest_hz, highest_hz = 0.92 * hint_hz, 1.08 * hint_hz
