@@ -157,8 +157,9 @@ def _bands(now: Observation) -> dict[str, float]:
     edges = [int(np.searchsorted(frequency, order * speed, "right")) for order in (0.5, 10.0, 50.0)] + [frequency.size]
     shares = np.diff(below[edges]) / max(float(below[-1] - below[edges[0]]), 1e-300)
     values = {f"band_{name}_share": float(one) for name, one in zip(("low", "middle", "high"), shares, strict=True)}
-    first, last = int(np.searchsorted(frequency, 0.2 * speed, "right")), int(
-        np.searchsorted(frequency, max(1000.0, 10 * speed))
+    first, last = (
+        int(np.searchsorted(frequency, 0.2 * speed, "right")),
+        int(np.searchsorted(frequency, max(1000.0, 10 * speed))),
     )
     inside, slow = frequency[first:last], int(np.searchsorted(frequency, 0.8 * speed)) - first
     shares = []

@@ -139,7 +139,10 @@ class Observation:
         """Return the share of one order's line in the velocity energy from 0.3X to 1000 Hz."""
         frequency = self.spectrum.frequency_hz
         low = max(0.3 * self.speed_hz, 2.5 * self.spectrum.resolution_hz)
-        first, last = np.searchsorted(frequency, low), np.searchsorted(frequency, max(1000.0, 10 * self.speed_hz), "right")
+        first, last = (
+            np.searchsorted(frequency, low),
+            np.searchsorted(frequency, max(1000.0, 10 * self.speed_hz), "right"),
+        )
         inside = slice(int(first), int(last))
         weighted = self.spectrum.amplitude[channel, inside] * self.velocity_factor(channel, frequency[inside])
         total = float((weighted**2).sum()) / 1.5  # a Hann line spreads over 1.5 bins of power

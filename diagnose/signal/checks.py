@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -183,10 +184,11 @@ def _aliasing(signal: np.ndarray, rate_hz: float, name: str) -> list[DataCheck]:
     if signal.size < 4096:
         return []
     _, density = averaged_power_density(signal[None, : 1 << 19], rate_hz=rate_hz, segment_samples=2048)
-    band = np.where(density[0] > np.maximum(3 * _leakage(density[0]), 1e-16 * density[0].max()), density[0], 0.0)
-    count = band.size
-    end = float(np.median(band[int(0.97 * count) : -2]))
-    middle = float(np.median(band[int(0.2 * count) : int(0.8 * count)]))
+    count = density.size
+    end = _middling_power(density[0], int(0.97 * count), count - 2)
+    if end == 0:
+        return []
+    middle = _middling_power(density[0], int(0.2 * count), int(0.8 * count))
     if end <= 4 * middle:
         return []
     excess = f"{10 * np.log10(end / middle):.0f} dB above" if middle > 0 else "far above"
@@ -197,14 +199,24 @@ def _aliasing(signal: np.ndarray, rate_hz: float, name: str) -> list[DataCheck]:
     return [DataCheck("aliasing", name, message, 0.3)]
 
 
-def _leakage(density: np.ndarray) -> np.ndarray:
-    """Return the most that the Hann window lets leak into each bin from three bins away and further, shape (bins,).
+def _middling_power(density: np.ndarray, first: int, last: int) -> float:
+    """Return the median power density of bins ``first`` to ``last`` - 1; what may have leaked there counts as 0."""
+    size = density.size
+    leaked = np.convolve(density, _leakage_shape(size)[first : last + size - 1], mode="valid")
+    part = density[first:last]
+    return float(np.median(np.where(part > np.maximum(3 * leaked, 1e-16 * density.max()), part, 0.0)))
 
-    At d bins a line is down to at most 1 / (pi d^3) in amplitude.
+
+@lru_cache(maxsize=4)
+def _leakage_shape(size: int) -> np.ndarray:
+    """Return the most that the Hann window lets leak from bins three away and further, shape (2 size - 1,).
+
+    At d bins a line is down to at most 1 / (pi d^3) in amplitude. No distance is in the middle.
     """
-    distance = np.abs(np.arange(1 - density.size, density.size)).astype(float)
-    kernel = np.where(distance >= 3, 1 / (np.pi * np.maximum(distance, 1) ** 3) ** 2, 0.0)
-    return np.convolve(density, kernel, mode="valid")
+    distance = np.abs(np.arange(1 - size, size)).astype(float)
+    shape = np.where(distance >= 3, 1 / (np.pi * np.maximum(distance, 1) ** 3) ** 2, 0.0)
+    shape.setflags(write=False)
+    return shape
 
 
 def check_tacho(signal: np.ndarray, *, rate_hz: float, name: str) -> list[DataCheck]:

@@ -150,40 +150,65 @@ def envelope_spectra(
         by_width: dict[int, list[int]] = {}
         for number, (low, high) in enumerate(bins):
             by_width.setdefault(high - low, []).append(number)
-        own: dict[int, EnvelopeSpectrum] = {}
+        groups = []
         for numbers in by_width.values():
             envelopes = _envelopes_of_bands(transform, [bins[number] for number in numbers], samples)
             band_rate = rate_hz * envelopes.shape[1] / samples
             envelopes = envelopes[:, : int(envelopes.shape[1] * (signal.size / samples))]
             places = [(channel, *bands[number]) for number in numbers]
-            made = _envelope_spectra(envelopes, band_rate, places, highest_line_hz, floor_width_hz)
-            own |= dict(zip(numbers, made, strict=True))
+            groups.append(_modulations(envelopes, band_rate, places, highest_line_hz))
+        made = [one for group in _with_floors(groups, floor_width_hz) for one in group]
+        own = dict(zip((number for numbers in by_width.values() for number in numbers), made, strict=True))
         found += [own[number] for number in range(len(bands))]
     return found
 
 
-def _envelope_spectra(
-    envelopes: np.ndarray,
-    rate_hz: float,
-    places: list[tuple[int, float, float]],
-    highest_line_hz: float,
-    floor_width_hz: float,
-) -> list[EnvelopeSpectrum]:
+@dataclass(frozen=True, eq=False)
+class _Modulations:
+    """Envelope spectra of equally wide bands, still without a noise floor; each row is a band."""
+
+    places: list[tuple[int, float, float]]
+    kurtosis: np.ndarray
+    mean: np.ndarray
+    frequency_hz: np.ndarray
+    depth: np.ndarray
+
+
+def _modulations(
+    envelopes: np.ndarray, rate_hz: float, places: list[tuple[int, float, float]], highest_line_hz: float
+) -> _Modulations:
+    samples = envelopes.shape[1]
     mean = envelopes.mean(axis=1)
     tiny = np.finfo(float).tiny
-    power = envelopes**2
-    kurtosis = (power**2).mean(axis=1) / np.maximum(power.mean(axis=1) ** 2, tiny) - 2.0
-    window = hann(envelopes.shape[1])
+    power = envelopes * envelopes
+    # Pairwise sums: records in single precision stay in it.
+    kurtosis = (power * power).mean(axis=1) / np.maximum(power.mean(axis=1) ** 2, tiny) - 2.0
+    window = hann(samples)
     transform = fft.rfft((envelopes - mean[:, None]) * window, axis=1)
-    frequency = fft.rfftfreq(envelopes.shape[1], 1.0 / rate_hz)
+    frequency = fft.rfftfreq(samples, 1.0 / rate_hz)
     kept = max(int(np.searchsorted(frequency, highest_line_hz)), min(64, frequency.size))
     depth = np.abs(transform[:, :kept]) * (2.0 / (window.sum() * np.maximum(mean, tiny)))[:, None]
-    half_width = max(20, round(0.5 * floor_width_hz / float(frequency[1])))
-    floor = noise_floor(depth, half_width_bins=half_width)
-    spectra = Spectrum(frequency[:kept], depth, floor).each_channel()
-    return [
-        EnvelopeSpectrum(*place, float(kurtosis[i]), float(mean[i]), spectra[i]) for i, place in enumerate(places)
-    ]
+    return _Modulations(places, kurtosis, mean, frequency[:kept], depth)
+
+
+def _with_floors(groups: list[_Modulations], floor_width_hz: float) -> list[list[EnvelopeSpectrum]]:
+    """Return the envelope spectra of groups; floors with as many bins are found in one go."""
+    halves = [max(20, round(0.5 * floor_width_hz / float(one.frequency_hz[1]))) for one in groups]
+    alike: dict[tuple[int, int], list[int]] = {}
+    for number, one in enumerate(groups):
+        alike.setdefault((one.depth.shape[1], halves[number]), []).append(number)
+    floors: dict[int, np.ndarray] = {}
+    for (_, half_width), numbers in alike.items():
+        together = np.concatenate([groups[number].depth for number in numbers])
+        parts = np.cumsum([len(groups[number].depth) for number in numbers])[:-1]
+        floor = noise_floor(together, half_width_bins=half_width)
+        floors |= dict(zip(numbers, np.split(floor, parts), strict=True))
+    found = []
+    for number, one in enumerate(groups):
+        spectra = Spectrum(one.frequency_hz, one.depth, floors[number]).each_channel()
+        values = zip(one.places, one.kurtosis.tolist(), one.mean.tolist(), spectra, strict=True)
+        found.append([EnvelopeSpectrum(*place, kurtosis, mean, own) for place, kurtosis, mean, own in values])
+    return found
 
 
 def most_impulsive(envelopes: list[EnvelopeSpectrum], channel: int) -> EnvelopeSpectrum:

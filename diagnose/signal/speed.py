@@ -342,7 +342,7 @@ def place_gains(peaks: Peaks, wanted: np.ndarray, speeds_hz: np.ndarray, shows: 
     left = np.maximum(right - 1, 0)
     to_left, to_right = np.abs(peaks.frequency_hz[left] - wanted), np.abs(peaks.frequency_hz[right] - wanted)
     nearer = np.where(to_left < to_right, left, right)
-    deviation = np.hypot(peaks.deviation_hz[nearer], 2e-4 * wanted)
+    deviation = np.sqrt(peaks.deviation_hz[nearer] ** 2 + (2e-4 * wanted) ** 2)
     distance = np.minimum(to_left, to_right) / deviation
     # Lines come in crowds; the spacing that chance would give is the local one.
     width = 0.5 * speeds_hz[:, None]
