@@ -16,7 +16,7 @@ from numpy import fft
 
 from ...simulators.errors import InvalidValueError
 from .spectrum import fast_length, hann
-from .speed_trust import decimated, trust
+from .speed_trust import decimated, slower_shaft, trust
 
 _STEP = 0.01  # relative distance of neighbouring speeds
 #: Chance that harmonic 1, 2, ... shows above the noise of one frame.
@@ -36,6 +36,7 @@ _FRAMES_OVERLAPPING = 4
 _NEAR = 0.03
 _BLOCKS_A_STEP = 4
 _ROUNDS = 3
+_CLEARLY_SLOWER = 2.0  # evidence of a slower shaft from which it is followed instead
 _HARMONICS_REFINED = 8
 _COHERENCE_OF_NOISE = 1.0  # over one less itself; noise alone has 0.4 in the median
 
@@ -87,9 +88,10 @@ def track_speed(
 
     Notes
     -----
-    What is tracked is the strongest comb: a damaged bearing's may be stronger than the shaft's, and half or twice the
-    speed cannot always be told apart. ``confidence`` says so: it is the less of what the ridge gives within the range
-    and of what all lines of the record say of the comb once the angle is known (`speed_trust`).
+    What is tracked is the strongest comb, and a slower shaft instead where all of the record speaks clearly for it: a
+    damaged bearing's comb may be stronger than the shaft's. Half or twice the speed cannot always be told apart.
+    ``confidence`` says so: it is the less of what the ridge gives within the range and of what all lines of the record
+    say of the comb once the angle is known (`speed_trust`).
 
     Examples
     --------
@@ -130,11 +132,20 @@ def track_speed(
     phase = _phase_along(middle, coarse, block.shape[1], slow_hz)
     for _ in range(_ROUNDS):
         phase = _refined(block, phase, slow_hz, hop, float(coarse.max()))
-    speed = np.interp(middle * slow_hz, np.arange(phase.size), np.gradient(phase)) * slow_hz
     whole = _at_every_sample(phase, factor, samples)
-    where, chance = trust(full, rate_hz=rate_hz, phase_turns=whole, range_hz=(lowest_hz, highest_hz))
+    look = {"rate_hz": rate_hz, "range_hz": (lowest_hz, highest_hz)}
+    pieces = trust(full, phase_turns=whole, **look)
+    order, evidence = slower_shaft(pieces)
+    if evidence > _CLEARLY_SLOWER:
+        # The comb that was followed belongs to a bearing or a gear; what is known of the ridge is about that one.
+        phase = _refined(block, order * phase, slow_hz, hop, float(order * coarse.max()))
+        whole = _at_every_sample(phase, factor, samples)
+        pieces = trust(full, phase_turns=whole, **look)
+        confidence = np.full(confidence.size, 1 / (1 + np.exp(-0.5 * evidence)))
+    speed = np.interp(middle * slow_hz, np.arange(phase.size), np.gradient(phase)) * slow_hz
     # Both weigh half and twice the speed: the more doubtful counts, not both.
-    confidence = np.minimum(confidence, np.interp(middle * rate_hz, where, chance))
+    chance = np.interp(middle * rate_hz, [one.middle for one in pieces], [one.chance for one in pieces])
+    confidence = np.minimum(confidence, chance)
     return SpeedTrack(middle, speed, confidence, whole)
 
 

@@ -8,6 +8,7 @@ explains the strong comb just as well and the lines below it besides.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -53,10 +54,25 @@ _BURST_RATIO = 25.0  # power of a line of the envelope over its noise
 _WINDOWS_OF_ENVELOPE, _ENVELOPE_ORDERS = 3, 7.0
 
 
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A part of the record along the angle: its middle sample, the chance that the angle is the shaft's, its lines.
+
+    All limits are orders: ``slowest`` is what can be told apart at all, ``lowest`` and ``highest`` were looked for.
+    """
+
+    middle: float
+    chance: float
+    lines: list[Peaks]
+    slowest: float
+    lowest: float
+    highest: float
+
+
 def trust(
     signals: np.ndarray, *, rate_hz: float, phase_turns: np.ndarray, range_hz: tuple[float, float]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the chance that the angle is the shaft's, piece by piece.
+) -> list[Piece]:
+    """Return how far the angle can be taken for the shaft's, piece by piece.
 
     Parameters
     ----------
@@ -69,9 +85,8 @@ def trust(
 
     Returns
     -------
-    middle : numpy.ndarray, shape (pieces,)
-        Sample in the middle of each piece of at most 150 turns.
-    chance : numpy.ndarray, shape (pieces,)
+    list of Piece
+        Of at most 150 turns each.
     """
     turns = phase_turns[-1] - phase_turns[0]
     # Several, as a ridge may change over from one comb to another; together the two might pass for a third.
@@ -79,11 +94,10 @@ def trust(
     edges = np.linspace(phase_turns[0], phase_turns[-1], pieces + 1)
     cuts = np.searchsorted(phase_turns, edges[1:-1])
     bounds = np.concatenate([[0], cuts, [phase_turns.size]])
-    chances = [
-        _of_piece(signals[:, first:last], rate_hz, phase_turns[first:last], range_hz)
+    return [
+        _of_piece(signals[:, first:last], rate_hz, phase_turns[first:last], range_hz, 0.5 * (first + last))
         for first, last in pairwise(bounds)
     ]
-    return 0.5 * (bounds[:-1] + bounds[1:]), np.array(chances)
 
 
 def decimated(block: np.ndarray, rate_hz: float, highest_hz: float) -> tuple[np.ndarray, int]:
@@ -113,11 +127,13 @@ def _at_lower_rate(transform: np.ndarray, samples: int, factor: int) -> np.ndarr
     return np.ascontiguousarray(slow / factor)
 
 
-def _of_piece(signals: np.ndarray, rate_hz: float, phase: np.ndarray, range_hz: tuple[float, float]) -> float:
-    """Return the chance that the angle of a piece of the record is the shaft's."""
+def _of_piece(
+    signals: np.ndarray, rate_hz: float, phase: np.ndarray, range_hz: tuple[float, float], middle: float
+) -> Piece:
+    """Return a piece of the record; ``middle`` is its sample in the whole."""
     steps = np.diff(phase)
     if steps.min() <= 0 or int(np.floor(phase[-1]) - np.ceil(phase[0])) < _LEAST_TURNS:
-        return 0.0
+        return Piece(middle, 0.0, [], 0.0, 0.0, 0.0)
     mean_hz = float(phase[-1] - phase[0]) * rate_hz / (phase.size - 1)
     fastest_hz = float(steps.max()) * rate_hz
     factor = _factor(rate_hz, float(_ORDERS[-1] + 2) * fastest_hz)
@@ -141,7 +157,8 @@ def _of_piece(signals: np.ndarray, rate_hz: float, phase: np.ndarray, range_hz: 
     is_beaten = depths[:, 0] > _BURSTS
     is_short = is_beaten & (depths[:, 1:] > np.multiply(_HARMONICS_OVER_FIRST, depths[:, :1])).all(axis=1)
     share = share / (1 + (_BEATEN if is_beaten.any() else 1.0) * hidden * share)
-    return share * (_SHAFT_STRIKES if is_short.any() else 1.0)
+    share *= _SHAFT_STRIKES if is_short.any() else 1.0
+    return Piece(middle, share, [one for one in lines if one.frequency_hz.size], slowest, lowest, highest)
 
 
 def _angle_at(phase: np.ndarray, samples: int, factor: float) -> np.ndarray:
@@ -203,27 +220,55 @@ def _slower_shafts(lines: list[Peaks], slowest: float, lowest: float) -> float:
 
     The comb is explained either way; what decides are the lines that only the slower shaft explains.
     """
-    beside = np.concatenate([np.abs(one.frequency_hz - 1) for one in lines])
-    beside = beside[(beside > slowest) & (beside < 0.45)]
-    speeds = np.unique(np.append(candidate_speeds(lines, slowest, _BELOW), beside))
-    # Of a half, a third, ... of the speed the comb is no foreign one: those have competed already.
-    whole = np.rint(1 / speeds)
-    speeds = speeds[(np.abs(1 / speeds - whole) > 0.03) | (whole > _FRACTIONS)]
+    speeds = _slower_speeds(lines, slowest)
     if not speeds.size:
         return 0.0
-    harmonics = speeds[:, None] * _ORDERS[None, :4]
-    sidebands = np.stack([1 - speeds, 1 + speeds], axis=1)
-    wanted = np.concatenate([harmonics, sidebands], axis=1)
-    shows = np.append(HARMONIC_SHOWS[:4], [_SIDEBAND_SHOWS] * 2)
-    gains = np.max([place_gains(_blurred(one), wanted, speeds, shows) for one in lines], axis=0)
-    is_apart = np.concatenate([harmonics < _BELOW, np.repeat(speeds[:, None] < 0.45, 2, axis=1)], axis=1)
-    gains = np.where(is_apart, gains, 0.0)
+    gains = _slower_gains(lines, speeds)
     # The speed was placed on one of these lines: that one says nothing.
     evidence = gains.sum(axis=1) - gains.max(axis=1) - _FOREIGN
     outside = speeds < 0.98 * lowest
     best = float((evidence - _OUTSIDE * outside).max())
     # One shaft of unknown speed is the rival, not one at every line: the best stands for all.
     return float(np.exp(0.5 * min(best, 50.0)))
+
+
+def slower_shaft(pieces: list[Piece]) -> tuple[float, float]:
+    """Return the order of the likeliest slower shaft within the speeds looked for, and its evidence.
+
+    What one piece of a record hardly shows, a line that stays at one order does in all of them together. The evidence
+    is in log likelihood, as elsewhere here; it is minus infinity where there is no such shaft.
+    """
+    pieces = [one for one in pieces if one.lines]
+    found = [_slower_speeds(one.lines, one.slowest) for one in pieces]
+    found = [speeds[(speeds > one.lowest) & (speeds < one.highest)] for speeds, one in zip(found, pieces, strict=True)]
+    speeds = np.unique(np.concatenate(found)) if found else np.empty(0)
+    if not speeds.size:
+        return 1.0, -np.inf
+    gains = np.sum([_slower_gains(one.lines, speeds) for one in pieces], axis=0)
+    evidence = gains.sum(axis=1) - gains.max(axis=1) - _FOREIGN
+    best = int(np.argmax(evidence))
+    return float(speeds[best]), float(evidence[best])
+
+
+def _slower_speeds(lines: list[Peaks], slowest: float) -> np.ndarray:
+    """Return the orders below 1 at which another shaft may turn, sorted."""
+    beside = np.concatenate([np.abs(one.frequency_hz - 1) for one in lines])
+    beside = beside[(beside > slowest) & (beside < 0.45)]
+    speeds = np.unique(np.append(candidate_speeds(lines, slowest, _BELOW), beside))
+    # Of a half, a third, ... of the speed the comb is no foreign one: those have competed already.
+    whole = np.rint(1 / speeds)
+    return speeds[(np.abs(1 / speeds - whole) > 0.03) | (whole > _FRACTIONS)]
+
+
+def _slower_gains(lines: list[Peaks], speeds: np.ndarray) -> np.ndarray:
+    """Return what four harmonics and two sidebands of order 1 gain by the lines, shape (speeds, 6)."""
+    harmonics = speeds[:, None] * _ORDERS[None, :4]
+    sidebands = np.stack([1 - speeds, 1 + speeds], axis=1)
+    wanted = np.concatenate([harmonics, sidebands], axis=1)
+    shows = np.append(HARMONIC_SHOWS[:4], [_SIDEBAND_SHOWS] * 2)
+    gains = np.max([place_gains(_blurred(one), wanted, speeds, shows) for one in lines], axis=0)
+    is_apart = np.concatenate([harmonics < _BELOW, np.repeat(speeds[:, None] < 0.45, 2, axis=1)], axis=1)
+    return np.where(is_apart, gains, 0.0)
 
 
 def _blurred(peaks: Peaks) -> Peaks:

@@ -104,12 +104,36 @@ def test_an_angle_that_is_a_multiple_of_the_shafts_is_seen(factor):
     angle = np.cumsum(SPEEDS["run-up"]) / RATE
     signal = (comb(angle, {1: 1, 2: 0.8, 3: 0.6, 4: 0.4}, rng) + rng.normal(0, 0.5, angle.size))[None]
     options = {"rate_hz": RATE, "range_hz": (4.0, 500.0)}
-    assert trust(signal, phase_turns=angle, **options)[1].min() > 0.8
-    assert trust(signal, phase_turns=factor * angle, **options)[1].max() < 0.1
+    assert min(one.chance for one in trust(signal, phase_turns=angle, **options)) > 0.8
+    assert max(one.chance for one in trust(signal, phase_turns=factor * angle, **options)) < 0.1
 
 
 def test_an_angle_that_turns_back_is_not_believed():
     angle = 24 * TIME
     angle[40_000:] -= 1.0
-    _, chance = trust(np.ones((1, TIME.size)), rate_hz=RATE, phase_turns=angle, range_hz=(4.0, 500.0))
-    assert chance.min() == 0.0
+    pieces = trust(np.ones((1, TIME.size)), rate_hz=RATE, phase_turns=angle, range_hz=(4.0, 500.0))
+    assert min(one.chance for one in pieces) == 0.0
+
+
+@pytest.mark.parametrize("name", SPEEDS)
+@pytest.mark.parametrize("ratio", [2.84, 3.29])
+def test_the_shaft_is_followed_where_all_of_the_record_shows_it_beside_a_strong_bearing(name, ratio):
+    """Its two lines have a seventh of the bearing's amplitude: hardly seen in a piece of the record, clear in it all."""
+    rng = np.random.default_rng(9600)
+    angle = np.cumsum(SPEEDS[name]) / RATE
+    lines = 0.15 * comb(angle, {1: 1, 2: 0.7}, rng)
+    signal = impacts(angle, ratio, rng) + lines + rng.normal(0, 0.5, angle.size)
+    found = track_speed(signal, rate_hz=RATE, lowest_hz=4.0, highest_hz=500.0)
+    wrong = np.abs(found.speed_hz / np.interp(found.time_s, TIME, SPEEDS[name]) - 1)
+    assert (wrong < 0.03).mean() > 0.95
+    assert np.median(wrong) < 5e-3
+    assert found.phase_turns[-1] - found.phase_turns[0] == pytest.approx(angle[-1] - angle[0], rel=5e-3)
+
+
+def test_a_shaft_outside_the_speeds_looked_for_is_not_followed():
+    rng = np.random.default_rng(9601)
+    angle = np.cumsum(SPEEDS["constant"]) / RATE
+    signal = impacts(angle, 3.29, rng) + 0.15 * comb(angle, {1: 1, 2: 0.7}, rng) + rng.normal(0, 0.5, angle.size)
+    found = track_speed(signal, rate_hz=RATE, lowest_hz=36.0, highest_hz=500.0)
+    assert found.speed_hz.min() > 35.0
+    assert np.median(found.confidence) < 0.5
