@@ -8,8 +8,10 @@ import numpy as np
 
 from .faults.bearing import rhythms, strongest
 from .gear_average import gear_averages
+from .gear_spacing import gear_spacing
 from .observe import Observation
 from .signal.sidebands import find_sidebands
+from .slow_whirl import slow_whirl
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,16 @@ FEATURES: tuple[Feature, ...] = (
     Feature("mesh_modulation_index", "1", "first sidebands over the mesh line, largest over shafts and channels"),
     Feature("gear_fm4", "1", "kurtosis of the difference signal of a gear's synchronous average, largest; 3 is noise"),
     Feature("gear_na4", "1", "kurtosis of the residual signal of a gear's synchronous average, largest; 3 is noise"),
+    Feature(
+        "gear_spacing_ratio",
+        "1",
+        "cepstral peak over noise where the lines are spaced by a gear's speed, largest of the channels; 0 where not",
+    ),
+    Feature(
+        "sub_synchronous_whirl",
+        "1",
+        "whirl of the strongest line of 0.3X-0.6X: -1 backward circle, 0 straight line, 1 forward; NaN without probes",
+    ),
     Feature("band_low_share", "1", "share of 0.5X-10X in the energy, loudest channel"),
     Feature("band_middle_share", "1", "share of 10X-50X in the energy, loudest channel"),
     Feature("band_high_share", "1", "share above 50X in the energy, loudest channel"),
@@ -167,6 +179,9 @@ def _bands(now: Observation) -> dict[str, float]:
         velocity = (now.spectrum.amplitude[channel, first:last] * now.velocity_factor(channel, inside)) ** 2
         shares.append(float(velocity[:slow].sum() / max(velocity.sum(), 1e-300)))
     values["sub_synchronous_share"] = max(shares)
+    whirl = slow_whirl(now)
+    if whirl is not None:
+        values["sub_synchronous_whirl"] = whirl
     return values
 
 
@@ -210,6 +225,9 @@ def _mesh(now: Observation) -> dict[str, float]:
                         best = values.get("mesh_modulation_index", 0.0)
                         values["mesh_modulation_index"] = max(best, family.modulation_index)
     averages = [one.indicators for one in gear_averages(now)]
+    if now.recording.nameplate.gears:
+        spacing = gear_spacing(now)
+        values["gear_spacing_ratio"] = 0.0 if spacing is None else spacing.power_ratio
     if averages:
         values["gear_fm4"] = max(one.fm4 for one in averages)
         values["gear_na4"] = max(one.na4 for one in averages)
