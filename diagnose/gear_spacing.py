@@ -69,7 +69,8 @@ def _of_channels(now: Observation) -> list[GearSpacing]:
         spacing = line_spacing(cepstrum, **limits)
         if spacing is None:
             continue
-        gear, speed_hz = min(shafts.items(), key=lambda one: abs(spacing.spacing_hz / one[1] - 1.0))
-        if abs(spacing.spacing_hz / speed_hz - 1.0) < _NEAR:
+        off = {gear: abs(spacing.spacing_hz / speed_hz - 1.0) for gear, speed_hz in shafts.items()}
+        gear = min(off, key=lambda one: off[one])
+        if off[gear] < _NEAR:
             found.append(GearSpacing(gear, channel, spacing.spacing_hz, spacing.power_ratio))
     return found
