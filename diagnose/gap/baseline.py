@@ -8,7 +8,7 @@ every later comparison.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +23,8 @@ from .predict import Predictor
 GAIN_DEVIATION = 0.02
 #: Model error of a line that no healthy recording shows, as a share of its rms over the conditions.
 MODEL_ERROR = 0.01
+#: Speed to which model errors that grow with it refer.
+REFERENCE_RPM = 1000.0
 #: Change of speed, and of load, over which the model error changes much.
 ERROR_LENGTH_SPEED, ERROR_LENGTH_LOAD = 0.2, 0.5
 #: Relative change of a machine's parameters, and of the probes' gains, between healthy and later recordings.
@@ -192,19 +194,43 @@ def noise_covariance(lines: OrderLines) -> np.ndarray:
     return np.diag(np.concatenate([lines.deviations[real], lines.deviations[imaginary]]) ** 2)
 
 
-def error_covariance(conditions: tuple[Condition, ...], error: np.ndarray, parts: np.ndarray) -> np.ndarray:
+@dataclass(frozen=True, eq=False)
+class ModelError:
+    """By how much a machine's lines are wrong: standard deviation of the real part and of the imaginary part.
+
+    Attributes
+    ----------
+    deviation : ndarray (probes, orders)
+        At `REFERENCE_RPM`.
+    growth : ndarray (probes, orders)
+        Power of the speed.
+    """
+
+    deviation: np.ndarray
+    growth: np.ndarray
+
+    def at(self, conditions: Sequence[Condition]) -> np.ndarray:
+        """Return the deviation in each condition, shape (conditions, probes, orders)."""
+        speeds = np.array([one.speed_rpm for one in conditions])[:, None, None] / REFERENCE_RPM
+        return self.deviation * speeds**self.growth
+
+
+def error_covariance(
+    conditions: tuple[Condition, ...], error: np.ndarray | ModelError, parts: np.ndarray
+) -> np.ndarray:
     """Return the covariance of the stacked lines' model error.
 
     Parameters
     ----------
     conditions : tuple of Condition
-    error : ndarray (probes, orders)
-        Standard deviation of the real part and of the imaginary part.
+    error : ndarray (probes, orders) or ModelError
+        An array is the same in all conditions.
     parts : ndarray (2, conditions, probes, orders)
         `OrderLines.parts`.
     """
     kernel = similarity(conditions)
-    real, imaginary = (_error_block(kernel, error, seen) for seen in parts)
+    each = error.at(conditions) if isinstance(error, ModelError) else np.broadcast_to(error, parts.shape[1:])
+    real, imaginary = (_error_block(kernel, each, seen) for seen in parts)
     zero = np.zeros((real.shape[0], imaginary.shape[0]))
     return np.block([[real, zero], [zero.T, imaginary]])
 
@@ -212,7 +238,7 @@ def error_covariance(conditions: tuple[Condition, ...], error: np.ndarray, parts
 def _error_block(kernel: np.ndarray, error: np.ndarray, seen: np.ndarray) -> np.ndarray:
     condition, probe, order = np.nonzero(seen)
     same = (probe[:, None] == probe[None, :]) & (order[:, None] == order[None, :])
-    return same * kernel[np.ix_(condition, condition)] * np.outer(error[probe, order], error[probe, order])
+    return same * kernel[np.ix_(condition, condition)] * np.outer(error[seen], error[seen])
 
 
 def similarity(conditions: tuple[Condition, ...]) -> np.ndarray:

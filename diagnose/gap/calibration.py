@@ -11,7 +11,17 @@ from collections.abc import Callable
 import numpy as np
 
 from ...simulators.machine import Machine
-from .baseline import Baseline, again, error_covariance, model_error, noise_covariance, shifted, start
+from .baseline import (
+    REFERENCE_RPM,
+    Baseline,
+    ModelError,
+    again,
+    error_covariance,
+    model_error,
+    noise_covariance,
+    shifted,
+    start,
+)
 from .lines import OrderLines, stacked
 from .predict import Predictor
 
@@ -23,6 +33,10 @@ LONGEST = 1.0
 DAMPING, HARDER = 1e-2, 6.0
 #: A step that gains less is the last one.
 LEAST_GAIN = 0.1
+#: Powers of the speed by which the model error may grow; one where speeds differ by less than this factor.
+GROWTHS, FEW_SPEEDS = (0, 1, 2, 3, 4), 1.2
+#: Logarithm of a likelihood, one standard deviation from the best.
+ONE_DEVIATION = 0.5
 #: Model errors that are tried, as shares of the largest miss.
 SHARES = np.concatenate([[0.0], np.geomspace(1e-3, 3.0, 60)])
 
@@ -104,9 +118,33 @@ def _covariance(current: Baseline, lines: OrderLines, error: np.ndarray) -> np.n
     return covariance + (gains.T * current.prior[own:] ** 2) @ gains
 
 
-def residual_error(current: Baseline, healthy: OrderLines) -> np.ndarray:
-    """Return the model error, shape (probes, orders), that the calibrated machine leaves on healthy lines."""
-    return np.sqrt(np.maximum(left_variance(current, healthy), model_error(current.lines) ** 2))
+def residual_error(current: Baseline, healthy: OrderLines) -> ModelError:
+    """Return the model error that the calibrated machine leaves on healthy lines.
+
+    The largest whose likelihood is within one standard deviation of the best: where the healthy lines are too noisy to
+    show what the model lacks, the best one is 0, and a quieter record of the same line would then be something new.
+
+    What a model lacks grows with speed as the vibration does. By which power tells no line by itself; all lines of one
+    kind at a probe do together.
+    """
+    speeds = np.array([one.speed_rpm for one in healthy.conditions]) / REFERENCE_RPM
+    with_phase = np.array([kind.phase for kind in healthy.kinds])
+    power, noise = _left(current, healthy)
+    shape = power.shape[1:]
+    chosen, growth, least = np.zeros(shape), np.zeros(shape), np.full((shape[0], 2), np.inf)
+    for exponent in GROWTHS if speeds.max() > FEW_SPEEDS * speeds.min() else GROWTHS[:1]:
+        scale = speeds[:, None, None] ** (2 * exponent)
+        # Of lines divided by the growth: their noise is divided as well.
+        variance, cost = _likeliest(power / scale, noise / scale, within=ONE_DEVIATION)
+        cost = cost + np.where(np.isfinite(noise), np.log(scale), 0.0).sum(axis=0)
+        for kind in (0, 1):
+            own = with_phase == bool(kind)
+            total = cost[:, own].sum(axis=1)
+            better = (total < least[:, kind])[:, None] & own
+            least[:, kind] = np.minimum(least[:, kind], total)
+            chosen, growth = np.where(better, variance, chosen), np.where(better, exponent, growth)
+    usual = model_error(current.lines) ** 2 / np.exp(np.log(speeds).mean()) ** (2 * growth)
+    return ModelError(np.sqrt(np.maximum(chosen, usual)), growth)
 
 
 def left_variance(current: Baseline, healthy: OrderLines) -> np.ndarray:
@@ -115,6 +153,11 @@ def left_variance(current: Baseline, healthy: OrderLines) -> np.ndarray:
     That of the real or the imaginary part, shape (probes, orders), by maximum likelihood: each condition counts with
     its own noise, so that quiet ones tell although others are loud. The most probable unknowns and gains are used.
     """
+    return _likeliest(*_left(current, healthy))[0]
+
+
+def _left(current: Baseline, healthy: OrderLines) -> tuple[np.ndarray, np.ndarray]:
+    """Return half the power of what is left of each line, and its noise (infinite where it is not seen)."""
     error = model_error(current.lines)
     parts = healthy.parts
     slopes = stacked(current.slopes, parts)
@@ -125,9 +168,19 @@ def left_variance(current: Baseline, healthy: OrderLines) -> np.ndarray:
     change = np.linalg.solve(slopes @ weighted + np.diag(precision), right)
     left = healthy.amplitudes - current.lines - np.tensordot(change, current.slopes, 1)
     seen = healthy.seen
-    power = np.where(seen, np.abs(left) ** 2 / 2, 0.0)
-    tried = SHARES[:, None, None] ** 2 * power.max(axis=0)
-    noise = np.where(seen, healthy.deviations, 1.0) ** 2
-    whole = tried[:, None] + noise
+    return np.where(seen, np.abs(left) ** 2 / 2, 0.0), np.where(seen, healthy.deviations, np.inf) ** 2
+
+
+def _likeliest(power: np.ndarray, noise: np.ndarray, *, within: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Return the largest variance beyond the noise that costs as little as ``within`` more than the best, and its cost.
+
+    Both (probes, orders); the cost is the logarithm of the likelihood, negative.
+    """
+    seen = np.isfinite(noise)
+    known = np.where(seen, noise, 1.0)
+    # As far as noise hides it, where the best is not the only one that counts.
+    largest = np.where(seen, power + known if within else power, 0.0).max(axis=0)
+    tried = SHARES[:, None, None] ** 2 * largest
+    whole = tried[:, None] + known
     cost = np.where(seen, np.log(whole) + power / whole, 0.0).sum(axis=1)
-    return np.take_along_axis(tried, np.argmin(cost, axis=0)[None], axis=0)[0]
+    return np.where(cost <= cost.min(axis=0) + within, tried, 0.0).max(axis=0), cost.min(axis=0)

@@ -70,11 +70,13 @@ class Coordinate:
         assert isinstance(prior, Uniform)
         return _normal_quantile((value - prior.low) / (prior.high - prior.low))
 
+    def at_share(self, share: float) -> float:
+        """Return the coordinate below which a share of the prior lies; round a circle, that share of a turn."""
+        return 2 * math.pi * share if self.is_angle else _normal_quantile(share)
+
     def quantiles(self, count: int) -> list[float]:
         """Return coordinates of equally likely parts of the prior, their middles; evenly round a circle."""
-        if self.is_angle:
-            return [2 * math.pi * k / count for k in range(count)]
-        return [_normal_quantile((k + 0.5) / count) for k in range(count)]
+        return [self.at_share((k + (0.0 if self.is_angle else 0.5)) / count) for k in range(count)]
 
 
 def coordinates_of(parameters: Sequence[Parameter]) -> tuple[Coordinate, ...]:

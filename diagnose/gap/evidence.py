@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...simulators.errors import InvalidValueError
-from .baseline import Baseline, error_covariance, noise_covariance, shifted
+from .baseline import Baseline, ModelError, error_covariance, noise_covariance, shifted
 from .lines import OrderLines, joined, stacked, unstacked
 from .predict import Predictor
 from .transfer_error import TransferError, none_of
@@ -26,7 +26,7 @@ from .transfer_error import TransferError, none_of
 LAW_TOLERANCE, LAW_TOLERANCE_OF_SIZES = 0.15, 0.5
 #: Of the real and the imaginary part of the strongest order: a law is right to 10 %.
 STRENGTH_TOLERANCE = 0.1 / math.sqrt(2)
-PROBE_TOLERANCE, PROBE_TOLERANCE_OF_SIZES = 0.03, 0.3
+PROBE_TOLERANCE, PROBE_TOLERANCE_OF_SIZES = 0.01, 0.3
 THRICE = 3.0
 
 
@@ -108,8 +108,8 @@ class Problem:
     healthy : OrderLines, optional
     at_healthy : Baseline, optional
         The calibrated machine in the healthy conditions.
-    error : ndarray (probes, orders)
-        Standard deviation of the baseline's model error.
+    error : ndarray (probes, orders) or ModelError
+        The baseline's model error.
     transfer : TransferError
     predictor, healthy_predictor : Predictor
         For the conditions to explain, and for the healthy ones (the same where there are none).
@@ -119,7 +119,7 @@ class Problem:
     baseline: Baseline
     healthy: OrderLines | None
     at_healthy: Baseline | None
-    error: np.ndarray
+    error: np.ndarray | ModelError
     transfer: TransferError
     predictor: Predictor
     healthy_predictor: Predictor
@@ -155,7 +155,7 @@ def comparison(
     baseline: Baseline,
     healthy: OrderLines | None,
     at_healthy: Baseline | None,
-    error: np.ndarray,
+    error: np.ndarray | ModelError,
     own_error: np.ndarray | None = None,
 ) -> Comparison:
     """Return the lines against what the machine, and its healthy lines if there are any, let expect.
@@ -167,7 +167,7 @@ def comparison(
     baseline, at_healthy : Baseline
         The machine in these conditions, and in the healthy ones: with the same unknowns.
     healthy : OrderLines, optional
-    error : ndarray (probes, orders)
+    error : ndarray (probes, orders) or ModelError
         Standard deviation of the model error.
     own_error : ndarray (probes, orders), optional
         Of a further model error that the healthy lines do not share.
@@ -176,14 +176,13 @@ def comparison(
     parts = lines.parts
     flat = stacked(baseline.slopes, parts)
     expected = baseline.lines + np.tensordot(baseline.prior_mean, baseline.slopes, 1)
-    covariance = flat.T @ (variance * flat) + error_covariance(lines.conditions, error, parts)
-    covariance += noise_covariance(lines)
+    inner, between, outer = _errors(healthy, lines, error)
+    covariance = flat.T @ (variance * flat) + outer + noise_covariance(lines)
     known, cross = baseline.prior_mean, variance * flat
     if healthy is not None and at_healthy is not None:
         own = stacked(at_healthy.slopes, healthy.parts)
-        inner = own.T @ (variance * own) + error_covariance(healthy.conditions, error, healthy.parts)
-        inner += noise_covariance(healthy)
-        between = own.T @ (variance * flat) + _shared_error(healthy, lines, error)
+        inner = own.T @ (variance * own) + inner + noise_covariance(healthy)
+        between = own.T @ (variance * flat) + between
         weights = np.linalg.solve(inner, np.concatenate([between, (variance * own).T], axis=1))
         to_lines, to_unknowns = weights[:, : flat.shape[1]], weights[:, flat.shape[1] :]
         there = at_healthy.lines + np.tensordot(baseline.prior_mean, at_healthy.slopes, 1)
@@ -199,15 +198,20 @@ def comparison(
     return _compared(lines, expected, covariance, stacked(lines.amplitudes - expected, parts), known, cross)
 
 
-def _shared_error(healthy: OrderLines, lines: OrderLines, error: np.ndarray) -> np.ndarray:
-    """Return the covariance of the model errors in the healthy conditions with those in the others."""
-    both = joined(healthy, lines)
+def _errors(
+    healthy: OrderLines | None, lines: OrderLines, error: np.ndarray | ModelError
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the covariance of the model errors in the healthy conditions, with those in the others, and of these.
+
+    From one matrix: how alike two conditions are depends on the range of loads of all.
+    """
+    both = joined(healthy, lines) if healthy is not None else lines
     parts = both.parts
     whole = error_covariance(both.conditions, error, parts)
     first = np.zeros(both.seen.shape, dtype=bool)
-    first[: len(healthy.conditions)] = True
+    first[: len(healthy.conditions) if healthy is not None else 0] = True
     rows = np.concatenate([first[parts[0]], first[parts[1]]])
-    return whole[np.ix_(rows, ~rows)]
+    return whole[np.ix_(rows, rows)], whole[np.ix_(rows, ~rows)], whole[np.ix_(~rows, ~rows)]
 
 
 def _compared(

@@ -12,7 +12,7 @@ from ...simulators.effect import effect_catalogue
 from ...simulators.errors import InvalidValueError
 from ...simulators.machine import Machine
 from ...simulators.solvers.blas import single_blas_thread
-from .baseline import Baseline, again, model_error
+from .baseline import Baseline, ModelError, again, model_error
 from .calibration import calibrated, residual_error
 from .evidence import Comparison, Problem
 from .first_look import explainable, reach
@@ -65,7 +65,7 @@ class Prepared:
     baseline : Baseline
         Calibrated, in all conditions to explain.
     at_healthy : Baseline or None
-    error : ndarray (probes, orders)
+    error : ndarray (probes, orders) or ModelError
     transfer : TransferError
     waveform : mapping of str to tuple of str
         Channels that show an effect of the measuring chain directly, by the effect's name.
@@ -83,7 +83,7 @@ class Prepared:
     healthy_predictor: Predictor | None
     baseline: Baseline
     at_healthy: Baseline | None
-    error: np.ndarray
+    error: np.ndarray | ModelError
     transfer: TransferError
     waveform: Mapping[str, tuple[str, ...]]
     found_lines: tuple[tuple[float, float], ...] = ()
@@ -236,7 +236,7 @@ def observed(
     further = found_lines(campaign.recordings, campaign.baseline, list(channels), (orders, kinds))
     orders, kinds = (*orders, *(order for order, _ in further)), (*kinds, *(kind for _, kind in further))
     sets = [campaign.recordings, campaign.baseline] if campaign.baseline else [campaign.recordings]
-    found = with_reference(*(observe_orders(one, orders=orders, kinds=kinds, channels=channels) for one in sets))
+    found = with_reference(*observe_orders(*sets, orders=orders, kinds=kinds, channels=channels))
     places = tuple((order, kind.frequency_hz) for order, kind in further)
     return found[0], found[1] if len(found) > 1 else None, places
 

@@ -3,41 +3,26 @@
 Without a tacho the shaft's angle is that of a constant speed, refined until the phases of the record's own orders stand
 still; where it is 0 is then unknown, and phases are those relative to one probe.
 
-The noise of an amplitude comes from its scatter over segments of the record, after the record's own amplitude is taken
-off, so that it holds both the noise floor and what the line itself does (wander of speed or load). The scatter of a
-single line has few degrees of freedom; it is shrunk to the median of its probe.
+Their noise is that of `line_noise`.
 """
 
 from __future__ import annotations
 
-import math
+import functools
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...datasets.recording import Recording
-from ...simulators.errors import InvalidValueError
 from ..observe import observe as observe_recording
+from ..result import SpeedEstimate
 from ..signal.order_tracking import constant_speed_phase, phase_from_pulses
 from ..signal.speed import speed_from_tacho
+from .line_noise import Scatter, UnusableRecordingError, deviations_of, scatter_of, weighted_mean
 from .line_sizes import line_sizes
 from .lines import Condition, LineKind, OrderLines, joined, strongest_probes, turned_to_reference
 
-#: Segments for the noise, and the fewest turns in one: lines half an order apart are told apart in four.
-SEGMENTS, LEAST_TURNS = 16, 4.0
-FEWEST_SEGMENTS = 4
-#: Noise power of a Hann-weighted mean over that of a plain mean.
-HANN_NOISE = 1.5
-#: Coefficients of 1, cos, cos 2, ... of windows: main lobes of 2 and 4 lines of the spectrum; the second one's side
-#: lobes are 92 dB down (F. J. Harris, Proc. IEEE 66 (1978) 51-83).
-HANN, BLACKMAN_HARRIS = (0.5, -0.5), (0.35875, -0.48829, 0.14128, -0.01168)
-#: The scatter of one line weighs as many degrees of freedom as it has; the probe's typical scatter weighs this many.
-TYPICAL_WEIGHT = 10.0
-#: A line is clear from so many standard deviations on; fewer clear ones say nothing of how slowly lines change.
-CLEAR, FEWEST_CLEAR = 3.0, 4
-#: Deviation of the median of n exponential values over their mean, times the square root of n and 99 % of chance.
-MEDIAN_SPREAD = 3.4
 #: Lines above this share of the sampling rate are bent by the anti-alias filter.
 HIGHEST_SHARE = 0.4
 #: A line below this share of its probe's largest line is not trusted.
@@ -53,24 +38,20 @@ STILL_ORDERS, STILL_PIECES, STILL_ROUNDS = np.array([1.0, 2.0, 3.0]), 8, 3
 SMOOTH_DEGREE, SMOOTH_PULSES, EDGE_SAMPLES = 3, 12, 1.0
 
 
-class UnusableRecordingError(InvalidValueError):
-    """A recording from which no order amplitudes can be taken."""
-
-
 def observe_orders(
-    recordings: Sequence[Recording],
-    *,
+    *states: Sequence[Recording],
     orders: Sequence[float],
     channels: Mapping[str, str],
     kinds: Sequence[LineKind] = (),
-) -> OrderLines:
-    """Return the lines of recordings at steady speed, one condition each.
+) -> tuple[OrderLines, ...]:
+    """Return the lines of a machine's recordings at steady speed, for each of its states; one condition a recording.
 
     Phases of recordings without tacho are as found; `with_reference` makes them comparable.
 
     Parameters
     ----------
-    recordings : sequence of Recording
+    *states : sequence of Recording
+        The machine as it is, say, and when it was healthy.
     orders : sequence of float
     channels : mapping of str to str
         Name of the machine's probe by name of the recording's channel; other channels are not looked at.
@@ -82,14 +63,21 @@ def observe_orders(
     UnusableRecordingError
         For a recording without speed, without one of the channels, or with too few turns.
     """
-    wanted = tuple(kinds) or (LineKind(),) * len(orders)
-    found = [_observe_one(recording, tuple(orders), wanted, dict(channels)) for recording in recordings]
-    if not found:
+    if not all(states):
         raise UnusableRecordingError("No recording; allowed: one or more. Give recordings of the machine.")
-    result = found[0]
-    for further in found[1:]:
-        result = joined(result, further)
-    return result
+    wanted = tuple(kinds) or (LineKind(),) * len(orders)
+    locked = np.array([order for order, kind in zip(orders, wanted, strict=True) if kind.phase])
+    read = [[_read(recording, list(channels), locked) for recording in state] for state in states]
+    every = [one.scatter for state in read for one in state]
+    result = []
+    for state in read:
+        deviations = deviations_of([one.scatter for one in state], every)
+        found = [
+            _with_sizes(one, own, tuple(orders), wanted, tuple(channels.values()))
+            for one, own in zip(state, deviations, strict=True)
+        ]
+        result.append(functools.reduce(joined, found))
+    return tuple(result)
 
 
 def with_reference(*lines: OrderLines) -> tuple[OrderLines, ...]:
@@ -104,9 +92,18 @@ def with_reference(*lines: OrderLines) -> tuple[OrderLines, ...]:
     )
 
 
-def _observe_one(
-    recording: Recording, orders: tuple[float, ...], kinds: tuple[LineKind, ...], channels: dict[str, str]
-) -> OrderLines:
+@dataclass(frozen=True, eq=False)
+class _Read:
+    """Channels (rows) of a recording, the shaft's turns, and the lines that keep their phase."""
+
+    recording: Recording
+    rows: list[int]
+    turns: np.ndarray
+    locked: np.ndarray
+    scatter: Scatter
+
+
+def _read(recording: Recording, channels: list[str], locked: np.ndarray) -> _Read:
     names = [channel.name for channel in recording.channels]
     missing = [name for name in channels if name not in names]
     if missing:
@@ -114,35 +111,65 @@ def _observe_one(
             f"{_origin(recording)} has no channel {missing[0]!r}; it has {', '.join(names)}. Name its channels as in "
             "the other recordings."
         )
-    turns = shaft_turns(recording)
     rows = [names.index(name) for name in channels]
     signals = recording.signals[rows]
-    tied = has_tacho(recording)
-    if not tied:
-        turns = with_still_phases(signals, turns)
+    turns = turns_of(recording, signals)
+    return _Read(recording, rows, turns, locked, scatter_of(signals, turns=turns, orders=locked))
+
+
+def _with_sizes(
+    read: _Read,
+    deviations: np.ndarray,
+    orders: tuple[float, ...],
+    kinds: tuple[LineKind, ...],
+    probes: tuple[str, ...],
+) -> OrderLines:
+    """Return the lines with phase, of these deviations, and the sizes of those without."""
+    recording, turns, locked = read.recording, read.turns, read.locked
     with_phase = np.array([kind.phase for kind in kinds])
-    locked = np.array(orders)[with_phase]
-    found = order_amplitudes_with_noise(signals, turns=turns, orders=locked)
     speed_hz = float((turns[-1] - turns[0]) / (recording.samples - 1) * recording.rate_hz)
-    found[1][:, locked * speed_hz > HIGHEST_SHARE * recording.rate_hz] = np.inf
     sizes = line_sizes(
-        signals,
+        recording.signals[read.rows],
         rate_hz=recording.rate_hz,
         turns=turns,
-        locked=(locked, found[0]),
+        locked=(locked, read.scatter.amplitudes),
         orders=np.array(orders)[~with_phase].tolist(),
         kinds=[kind for kind in kinds if not kind.phase],
-        accelerations=[recording.channels[row].quantity == "acceleration" for row in rows],
+        accelerations=[recording.channels[row].quantity == "acceleration" for row in read.rows],
     )
-    amplitudes = np.zeros((len(rows), len(orders)), dtype=complex)
-    deviations = np.zeros((len(rows), len(orders)))
-    for values, own, other in ((amplitudes, found[0], sizes[0]), (deviations, found[1], sizes[1])):
-        values[:, with_phase], values[:, ~with_phase] = own, other
-    condition = Condition(60 * speed_hz, recording.condition.load, tied)
-    return OrderLines((condition,), tuple(channels.values()), orders, amplitudes[None], deviations[None], kinds)
+    too_high = locked * speed_hz > HIGHEST_SHARE * recording.rate_hz
+    amplitudes = np.zeros((len(probes), len(orders)), dtype=complex)
+    whole = np.zeros((len(probes), len(orders)))
+    amplitudes[:, with_phase], amplitudes[:, ~with_phase] = read.scatter.amplitudes, sizes[0]
+    whole[:, with_phase], whole[:, ~with_phase] = np.where(too_high, np.inf, deviations), sizes[1]
+    condition = Condition(60 * speed_hz, recording.condition.load, has_tacho(recording))
+    return OrderLines((condition,), probes, orders, amplitudes[None], whole[None], kinds)
 
 
-def with_still_phases(signals: np.ndarray, turns: np.ndarray) -> np.ndarray:
+def turns_of(recording: Recording, signals: np.ndarray) -> np.ndarray:
+    """Return the shaft's angle in turns at every sample: from the tacho, else at the speed that keeps phases still.
+
+    Parameters
+    ----------
+    recording : Recording
+    signals : ndarray (channels, samples)
+        Channels whose phases are to stand still.
+
+    Raises
+    ------
+    UnusableRecordingError
+        As `shaft_turns`.
+    """
+    found = _turns_by_tacho(recording)
+    if found is not None:
+        return found
+    speed = _speed_of_lines(recording)
+    turns = constant_speed_phase(samples=recording.samples, rate_hz=recording.rate_hz, speed_hz=speed.speed_hz)
+    slack = max(speed.high_hz / speed.speed_hz - 1, 1 - speed.low_hz / speed.speed_hz)
+    return with_still_phases(signals, turns, slack=slack)
+
+
+def with_still_phases(signals: np.ndarray, turns: np.ndarray, *, slack: float) -> np.ndarray:
     """Return the shaft's turns scaled so that the phases of the record's low orders stand still from end to end.
 
     Parameters
@@ -151,19 +178,25 @@ def with_still_phases(signals: np.ndarray, turns: np.ndarray) -> np.ndarray:
     turns : ndarray (samples,)
         At a constant speed that is nearly right: its error over the record must stay well below a quarter of a turn
         over the number of pieces, `STILL_PIECES`.
+    slack : float
+        Largest relative error of that speed. A line that stands still only beyond it is none of the shaft's: an outer
+        race, at order 3.05, may be far stronger than 3X.
     """
     centred = signals - signals.mean(axis=1, keepdims=True)
+    given = turns[-1] - turns[0]
     parts = np.array_split(np.arange(turns.size), STILL_PIECES)
     for _ in range(STILL_ROUNDS):
         carriers = np.exp(-2j * np.pi * np.outer(STILL_ORDERS, turns))
-        pieces = np.stack([_weighted_mean(centred[:, part], turns[part], carriers[:, part]) for part in parts])
+        pieces = np.stack([weighted_mean(centred[:, part], turns[part], carriers[:, part]) for part in parts])
         steps = pieces[1:] * pieces[:-1].conj()
         scale = np.median(np.abs(centred), axis=1)[:, None] ** 2 + 1e-300
         # Every order turns by its number times the shaft's error: the fundamental's own phase, weighted by clearness.
         turn = np.angle(steps.sum(axis=0) / scale)
-        weight = np.abs(steps.sum(axis=0) / scale) * STILL_ORDERS**2
-        error = float((weight * turn / STILL_ORDERS).sum() / (weight.sum() + 1e-300)) / (2 * np.pi)
-        turns = turns * (1 + error * STILL_PIECES / (turns[-1] - turns[0]))
+        now = turns[-1] - turns[0]
+        error = turn / STILL_ORDERS / (2 * np.pi) * STILL_PIECES / now
+        own = np.abs(now / given * (1 + error) - 1) <= slack
+        weight = own * np.abs(steps.sum(axis=0) / scale) * STILL_ORDERS**2
+        turns = turns * (1 + float((weight * error).sum() / (weight.sum() + 1e-300)))
     return turns
 
 
@@ -175,29 +208,34 @@ def shaft_turns(recording: Recording) -> np.ndarray:
     UnusableRecordingError
         When the recording has neither tacho pulses nor a speed that its lines show.
     """
+    found = _turns_by_tacho(recording)
+    if found is not None:
+        return found
+    speed = _speed_of_lines(recording)
+    return constant_speed_phase(samples=recording.samples, rate_hz=recording.rate_hz, speed_hz=speed.speed_hz)
+
+
+def _turns_by_tacho(recording: Recording) -> np.ndarray | None:
+    pulses = recording.pulses_per_revolution
     for index, channel in enumerate(recording.channels):
-        found = channel.quantity == "tacho" and speed_from_tacho(
-            recording.signals[index],
-            rate_hz=recording.rate_hz,
-            pulses_per_revolution=recording.pulses_per_revolution,
-        )
+        if channel.quantity != "tacho":
+            continue
+        found = speed_from_tacho(recording.signals[index], rate_hz=recording.rate_hz, pulses_per_revolution=pulses)
         if found:
-            pulses = recording.pulses_per_revolution
-            smooth = smooth_turns(
-                found[1], samples=recording.samples, rate_hz=recording.rate_hz, pulses_per_revolution=pulses
-            )
-            if smooth is not None:
-                return smooth
-            return phase_from_pulses(
-                found[1], samples=recording.samples, rate_hz=recording.rate_hz, pulses_per_revolution=pulses
-            )
+            how = {"samples": recording.samples, "rate_hz": recording.rate_hz, "pulses_per_revolution": pulses}
+            smooth = smooth_turns(found[1], **how)
+            return phase_from_pulses(found[1], **how) if smooth is None else smooth
+    return None
+
+
+def _speed_of_lines(recording: Recording) -> SpeedEstimate:
     speed = observe_recording(recording).speed
     if speed is None:
         raise UnusableRecordingError(
             f"{_origin(recording)}: no tacho and no comb of lines that shows the shaft's speed. Give --speed, or "
             "a recording of the turning machine."
         )
-    return constant_speed_phase(samples=recording.samples, rate_hz=recording.rate_hz, speed_hz=speed.speed_hz)
+    return speed
 
 
 def smooth_turns(
@@ -222,83 +260,6 @@ def smooth_turns(
 def has_tacho(recording: Recording) -> bool:
     """Whether the recording has a channel with one tacho pulse a turn, so that phases mean something."""
     return recording.pulses_per_revolution == 1 and any(c.quantity == "tacho" for c in recording.channels)
-
-
-def order_amplitudes_with_noise(
-    signals: np.ndarray, *, turns: np.ndarray, orders: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return complex amplitudes and the standard deviation of their real (or imaginary) part, both (channels, orders).
-
-    Parameters
-    ----------
-    signals : ndarray (channels, samples)
-    turns : ndarray (samples,)
-        Shaft angle in turns.
-    orders : ndarray (orders,)
-    """
-    length = float(turns[-1] - turns[0])
-    segments = min(SEGMENTS, math.floor(length / LEAST_TURNS))
-    if segments < FEWEST_SEGMENTS:
-        raise UnusableRecordingError(
-            f"Record of {length:.1f} turns of the shaft; allowed: {FEWEST_SEGMENTS * LEAST_TURNS:g} or more. Record "
-            "longer."
-        )
-    centred = signals - signals.mean(axis=1, keepdims=True)
-    carriers = np.exp(-2j * np.pi * np.outer(orders, turns))
-    whole = _weighted_mean(centred, turns, carriers)
-    edges = np.searchsorted(turns, turns[0] + length * np.arange(1, segments) / segments)
-    parts = [slice(a, b) for a, b in zip([0, *edges], [*edges, turns.size], strict=True)]
-    scatter = np.stack([_weighted_mean(centred[:, part], turns[part], carriers[:, part]) - whole for part in parts])
-    # Two real numbers a segment; the record's own amplitude is close to the segments' mean: one segment is lost.
-    power = (np.abs(scatter) ** 2).sum(axis=0) / (2 * (segments - 1)) / segments
-    own = 2.0 * (segments - 1)
-    typical = np.median(power, axis=1, keepdims=True)
-    shrunk = (own * power + TYPICAL_WEIGHT * np.minimum(typical, 10 * power + 1e-300)) / (own + TYPICAL_WEIGHT)
-    middle = np.searchsorted(turns, turns[0] + length / 2)
-    halves = [_weighted_mean(centred[:, h], turns[h], carriers[:, h]) for h in (slice(middle), slice(middle, None))]
-    clear = np.abs(whole) ** 2 > CLEAR**2 * shrunk
-    slow = np.where(clear, _slowness((halves[1] - halves[0])[clear], shrunk[clear]), 1.0)
-    return whole, np.sqrt(np.maximum(shrunk * slow, 1e-300))
-
-
-def _slowness(change: np.ndarray, power: np.ndarray) -> float:
-    """Return by how much the noise of clear lines exceeds what their scatter over segments says; 1 where it does not.
-
-    Segments count as independent. A machine's lines also change slowly, from one half of the record to the other by
-    more than that, and from one record to the next by at least as much.
-
-    Parameters
-    ----------
-    change : ndarray (lines,), complex
-        From the first half to the second.
-    power : ndarray (lines,)
-        Of the noise in the whole record, of the real part.
-    """
-    if change.size < FEWEST_CLEAR:
-        return 1.0
-    # Half as long: twice the noise power in each half, four times in their difference. The median of the power of
-    # Gaussian noise is ln 2 of its mean.
-    ratio = float(np.median(np.abs(change) ** 2 / (8 * power))) / math.log(2)
-    return ratio if ratio > 1 + MEDIAN_SPREAD / math.sqrt(change.size) else 1.0
-
-
-def weighted_amplitudes(
-    signals: np.ndarray, *, turns: np.ndarray, orders: np.ndarray, window: Sequence[float] = HANN
-) -> np.ndarray:
-    """Return complex amplitudes by a window over the shaft's angle, shape (channels, orders).
-
-    ``window`` are the coefficients of its cosines, `HANN` or `BLACKMAN_HARRIS`.
-    """
-    centred = signals - signals.mean(axis=1, keepdims=True)
-    return _weighted_mean(centred, turns, np.exp(-2j * np.pi * np.outer(orders, turns)), window)
-
-
-def _weighted_mean(
-    signals: np.ndarray, turns: np.ndarray, carriers: np.ndarray, window: Sequence[float] = HANN
-) -> np.ndarray:
-    position = 2 * np.pi * (turns - turns[0]) / (turns[-1] - turns[0])
-    weight = sum(own * np.cos(k * position) for k, own in enumerate(window)) * np.gradient(turns)
-    return (signals * weight) @ carriers.T * (2.0 / weight.sum())
 
 
 def with_floor(lines: OrderLines, relative: float) -> OrderLines:

@@ -8,13 +8,14 @@ times its angle, and needs one angle only.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...simulators.machine import Machine
-from .coordinates import log_prior
+from .coordinates import Coordinate, log_prior
 from .evidence import Comparison, Widened, law_columns, log_density
 from .first_look import is_invisible, moved_to
 from .hypotheses import Candidate
@@ -24,10 +25,11 @@ from .refine import Responses
 FINE_ANGLES = 360
 #: Levels of a strength that is not proportional, of a free angle that does not only turn, of any other parameter.
 STRENGTH_LEVELS, ANGLE_LEVELS, SHAPE_LEVELS = 5, 8, 3
-MOST_SHAPES = 8
-#: More responses than this are not computed for one candidate, a fixed sample of the grid; fewer where each is a
-#: simulation in time.
-MOST_ATOMS, MOST_IN_TIME = 40, 4
+MOST_SHAPES = 24
+#: A parameter that changes the response by a smaller share over its whole prior is left at its middle.
+MATTERS = 0.2
+#: More responses than this are not computed for one candidate; fewer where each is a simulation in time.
+MOST_ATOMS, MOST_IN_TIME = 128, 4
 #: Relative error up to which a response counts as proportional to its strength, or as turned by its angle.
 CLOSE = 0.05
 #: Factor over which a response that is not proportional is followed from where it was computed.
@@ -136,12 +138,10 @@ def _atoms(
     turning = next((i for i in angles if _only_turns(response, centre, first, i, orders)), -1)
     proportional = bool(moving) and _is_proportional(candidate, response, centre, first, moving)
     others = [i for i in range(len(coordinates)) if i not in candidate.strengths and i != turning]
-    positions = _spread(candidate, centre, others)
-    if moving and not proportional:
-        levels = zip(*(coordinates[i].quantiles(STRENGTH_LEVELS) for i in moving), strict=True)
-        positions = [moved_to(position, moving, level) for level in list(levels) for position in positions]
-    if len(positions) > most:
-        positions = [positions[i] for i in np.random.default_rng(1).permutation(len(positions))[:most]]
+    if not in_time:
+        others = [i for i in others if coordinates[i].is_angle or _matters(coordinates[i], response, centre, i)]
+    bent = moving if not proportional else ()
+    positions = _spread(candidate, centre, others, bent, most=most if bent else min(most, MOST_SHAPES))
     response.prepare(positions)
     found = []
     for position in positions:
@@ -152,17 +152,43 @@ def _atoms(
     return found
 
 
-def _spread(candidate: Candidate, centre: np.ndarray, others: Sequence[int]) -> list[np.ndarray]:
-    """Return positions over the remaining coordinates: all combinations of few, a fixed sample of many."""
-    if not others:
+def _spread(
+    candidate: Candidate, centre: np.ndarray, others: Sequence[int], bent: Sequence[int], *, most: int
+) -> list[np.ndarray]:
+    """Return positions over strengths that do not only scale, and over other coordinates.
+
+    All combinations of a few levels where these are not too many, else points that fill the space evenly (Sobol'),
+    so that no direction is left out.
+    """
+    coordinates, moved = candidate.coordinates, (*bent, *others)
+    if not moved:
         return [centre]
-    coordinates = candidate.coordinates
-    levels = [coordinates[i].quantiles(ANGLE_LEVELS if coordinates[i].is_angle else SHAPE_LEVELS) for i in others]
-    whole = list(itertools.product(*levels))
-    if len(whole) > MOST_SHAPES + 1:
-        generator = np.random.default_rng(0)
-        whole = [whole[i] for i in generator.permutation(len(whole))[:MOST_SHAPES]]
-    return [moved_to(centre, others, values) for values in whole]
+    counts = [STRENGTH_LEVELS] * len(bent) + [ANGLE_LEVELS if coordinates[i].is_angle else SHAPE_LEVELS for i in others]
+    if math.prod(counts) <= most:
+        levels = [coordinates[i].quantiles(count) for i, count in zip(moved, counts, strict=True)]
+        return [moved_to(centre, moved, values) for values in itertools.product(*levels)]
+    from scipy.stats.qmc import Sobol
+
+    power = int(math.log2(most))
+    # From the corners of the small cubes, which the points are, to their middles.
+    shares = Sobol(len(moved), scramble=False).random_base2(power) + 0.5 / 2**power
+    return [
+        moved_to(centre, moved, [coordinates[i].at_share(share) for i, share in zip(moved, point, strict=True)])
+        for point in shares.tolist()
+    ]
+
+
+def _matters(coordinate: Coordinate, response: Responses, centre: np.ndarray, number: int) -> bool:
+    """Return whether the response changes much from one end of a parameter's prior to the other.
+
+    Where it cannot be computed at an end, the parameter matters.
+    """
+    ends = [moved_to(centre, [number], [value]) for value in coordinate.quantiles(SHAPE_LEVELS)[:: SHAPE_LEVELS - 1]]
+    try:
+        low, high = (response(end) for end in ends)
+    except UnpredictableError:
+        return True
+    return _differs_by(low, high) > MATTERS
 
 
 def _only_turns(response: Responses, centre: np.ndarray, first: np.ndarray, number: int, orders: np.ndarray) -> bool:

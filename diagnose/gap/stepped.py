@@ -13,9 +13,9 @@ from ...simulators.errors import RotorwiseError
 from ...simulators.machine import Machine
 from ...simulators.sensor_record import SensorRecord
 from ...simulators.solvers.simulate import Simulation, simulate_motion
+from .line_noise import BLACKMAN_HARRIS, weighted_amplitudes
 from .line_sizes import line_sizes
 from .lines import LineKind
-from .observe import BLACKMAN_HARRIS, weighted_amplitudes
 
 #: Turns of the shaft that are simulated: neighbouring orders, and sidebands a tenth of an order away, are told apart.
 TURNS = 24.0

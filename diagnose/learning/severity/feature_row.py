@@ -15,7 +15,8 @@ import numpy as np
 
 from ....datasets.recording import Recording
 from ....simulators.errors import InvalidValueError
-from ...gap.observe import has_tacho, order_amplitudes_with_noise, shaft_turns, with_still_phases
+from ...gap.line_noise import order_amplitudes_with_noise
+from ...gap.observe import turns_of
 from ...signal.envelope import squared_envelope_spectrum
 from ...signal.integrate import averaged_power, rms_from_power
 
@@ -67,10 +68,8 @@ def shaft_lines(recording: Recording, *, probes: Sequence[str]) -> ShaftLines:
         For a missing probe, an unknown unit, or a record without a speed or with too few turns.
     """
     rows = [_place(recording, name) for name in probes]
-    turns = shaft_turns(recording)
     signals = recording.signals[rows]
-    if not has_tacho(recording):
-        turns = with_still_phases(signals, turns)
+    turns = turns_of(recording, signals)
     speed_hz = float((turns[-1] - turns[0]) / (recording.samples - 1) * recording.rate_hz)
     return ShaftLines(tuple(probes), 60 * speed_hz, *order_amplitudes_with_noise(signals, turns=turns, orders=ORDERS))
 

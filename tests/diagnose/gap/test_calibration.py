@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from rotorwise.diagnose.gap.baseline import Baseline, error_covariance, linearised, model_error, start
-from rotorwise.diagnose.gap.calibration import calibrated, left_variance, objective
+from rotorwise.diagnose.gap.calibration import calibrated, left_variance, objective, residual_error
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
 from rotorwise.diagnose.gap.predict import Predictor
 from rotorwise.diagnose.gap.pulse_place import calibrated_with_pulse, turned
@@ -106,3 +106,44 @@ def test_one_loud_condition_does_not_hide_what_the_quiet_ones_show():
     # Each quiet condition has |miss|^2 / 2 = 0.5 a part.
     assert found[0, 0] == pytest.approx(0.5, rel=0.15)
     assert error_covariance(conditions, np.sqrt(found), healthy.parts).shape == (12, 12)
+
+
+def _bare(shape: tuple[int, ...], lines: float) -> Baseline:
+    """Return a machine without unknowns whose lines are all alike."""
+    none = np.zeros(0)
+    return Baseline(
+        None, (), none, none, none.astype(bool), np.full(shape, lines + 0j), np.zeros((0, *shape)), none, none, none
+    )
+
+
+def test_what_a_machine_lacks_grows_with_its_speed():
+    generator = np.random.default_rng(6)
+    conditions = tuple(Condition(speed) for speed in (1000.0, 1500.0, 2000.0, 3000.0))
+    shape = (4, 1, 8)
+    growing = np.array([one.speed_rpm / 1000 for one in conditions])[:, None, None] ** 2
+    miss = growing * np.exp(1j * generator.uniform(-np.pi, np.pi, shape))
+    orders = tuple(float(k) for k in range(1, 9))
+    noise = 0.05 * growing * np.ones(shape)
+    found = residual_error(_bare(shape, 1e-3), OrderLines(conditions, ("a",), orders, 1e-3 + miss, noise))
+    assert (found.growth == 2).all()
+    # |miss|^2 / 2 a part, and one standard deviation of what four conditions tell of it.
+    assert found.deviation == pytest.approx(np.full((1, 8), np.sqrt(0.5)), rel=0.6)
+    each = found.at(conditions)
+    assert each[:, 0, 0] / each[0, 0, 0] == pytest.approx(growing[:, 0, 0])
+    same = error_covariance(conditions, found, np.ones((2, *shape), dtype=bool))
+    assert np.diag(same)[:8] == pytest.approx(each[0, 0] ** 2)
+
+
+def test_what_noise_hides_in_healthy_lines_is_nothing_new():
+    # Healthy lines as small as their noise: the machine may lack lines of that size, at one speed as at four.
+    conditions = tuple(Condition(speed) for speed in (1000.0, 1500.0, 2000.0, 3000.0))
+    generator = np.random.default_rng(7)
+    shape = (4, 1, 40)
+    amplitudes = generator.normal(size=shape) + 1j * generator.normal(size=shape)
+    orders = tuple(float(k) for k in range(1, 41))
+    for count in (1, 4):
+        healthy = OrderLines(conditions[:count], ("a",), orders, amplitudes[:count], np.ones((count, 1, 40)))
+        found = residual_error(_bare((count, 1, 40), 1e-6), healthy)
+        each = found.at(conditions[:count])
+        assert each.max(axis=0).min() > 0.2
+        assert np.median(each) < 2

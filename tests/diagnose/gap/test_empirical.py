@@ -15,7 +15,7 @@ from rotorwise.diagnose.gap.empirical import as_effect
 from rotorwise.diagnose.gap.explain import explain_gap
 from rotorwise.diagnose.gap.extended_file import extended_text
 from rotorwise.diagnose.gap.json_form import as_json
-from rotorwise.diagnose.gap.observe import weighted_amplitudes
+from rotorwise.diagnose.gap.line_noise import weighted_amplitudes
 from rotorwise.diagnose.gap.result import GapResult
 from rotorwise.diagnose.gap.words import sentence_of
 from rotorwise.diagnose.report.gap_page import render_gap

@@ -70,6 +70,26 @@ def test_conditioning_on_the_healthy_lines_is_that_of_the_joint_gaussian():
     assert found.known + found.learnt @ found.residual == pytest.approx(everything, rel=1e-8)
 
 
+def test_healthy_conditions_of_a_wider_range_of_loads_leave_a_covariance():
+    # A large model error and little noise: that the healthy lines know it must not make a negative variance.
+    few, many = (tuple(Condition(1000.0, load) for load in loads) for loads in ((300.0, 500.0), (100.0, 400.0, 900.0)))
+    shapes = [(len(conditions), 1, 2) for conditions in (few, many)]
+    lines, healthy = (
+        OrderLines(own, ("a",), (1.0, 2.0), _complex(*shape), np.full(shape, 1e-3))
+        for own, shape in zip((few, many), shapes, strict=True)
+    )
+    none = np.zeros(0)
+    bare = [
+        Baseline(
+            None, (), none, none, none.astype(bool), np.zeros(shape, dtype=complex), np.zeros((0, *shape)), none, none,
+            none,
+        )
+        for shape in shapes
+    ]  # fmt: skip
+    found = comparison(lines, bare[0], healthy, bare[1], np.full((1, 2), 10.0))
+    assert np.linalg.eigvalsh(found.covariance)[0] > 0
+
+
 def test_widened_density_is_the_plain_gaussian_one():
     from scipy.stats import multivariate_normal
 

@@ -3,13 +3,15 @@
 import numpy as np
 import pytest
 from rotorwise.datasets.recording import Channel, OperatingCondition, Recording
-from rotorwise.diagnose.gap.observe import (
+from rotorwise.diagnose.gap.line_noise import (
+    Scatter,
     UnusableRecordingError,
     _slowness,
-    observe_orders,
+    deviations_of,
     order_amplitudes_with_noise,
-    with_reference,
+    scatter_of,
 )
+from rotorwise.diagnose.gap.observe import observe_orders, with_reference, with_still_phases
 from scipy.signal import lfilter
 
 ORDERS = np.array([0.5, 1.0, 2.0, 3.0])
@@ -69,6 +71,33 @@ def test_lines_that_change_slowly_are_less_certain_than_their_segments_say():
     assert _slowness(np.full(6, 1.0 + 0j), np.full(6, 1e-3)) == pytest.approx(125 / np.log(2))
 
 
+def test_records_of_a_random_walk_differ_as_stated():
+    # Two neighbouring records of a machine whose lines walk: what each states must hold what they differ by.
+    generator = np.random.default_rng(7)
+    orders = np.arange(1.0, 7.0)
+    apart, stated = [], []
+    for _ in range(40):
+        steps = generator.normal(size=(2, orders.size, 2 * TURNS.size)) * 0.3 / np.sqrt(TURNS.size)
+        lines = 2 + np.cumsum(steps[0] + 1j * steps[1], axis=1)
+        records = []
+        for first in (0, TURNS.size):
+            part = lines[:, first : first + TURNS.size]
+            signal = np.real((part * np.exp(2j * np.pi * np.outer(orders, TURNS))).sum(axis=0))
+            signal += 0.02 * generator.normal(size=TURNS.size)
+            records.append(scatter_of(signal[None], turns=TURNS, orders=orders))
+        apart.append(np.abs(records[1].amplitudes - records[0].amplitudes)[0] ** 2 / 2)
+        stated.append(sum(own[0] ** 2 for own in deviations_of(records)))
+    assert 0.4 < np.median(stated) / np.mean(apart) < 2
+
+
+def test_slow_lines_are_told_by_all_records_together():
+    # Three clear lines a record say nothing, those of four records do.
+    power, change = np.full((1, 3), 1e-3), np.full((1, 3), 0.3 + 0j)
+    records = [Scatter(np.full((1, 3), 5.0 + 0j), power, change)] * 4
+    assert deviations_of(records[:1])[0] == pytest.approx(np.sqrt(1e-3))
+    assert deviations_of(records)[2][0, 0] > 5 * np.sqrt(1e-3)
+
+
 def test_steady_lines_are_not_called_slow():
     generator = np.random.default_rng(4)
     noise = generator.normal(size=(2, 400, 12)) * np.sqrt(4.0)
@@ -85,7 +114,7 @@ def _recording(signal: np.ndarray, name: str = "a") -> Recording:
 
 def test_speed_and_phase_come_from_the_tacho():
     signal = np.cos(2 * np.pi * np.arange(8000) / 100 - 0.4)
-    lines = observe_orders([_recording(signal)], orders=ORDERS.tolist(), channels={"a": "probe"})
+    (lines,) = observe_orders([_recording(signal)], orders=ORDERS.tolist(), channels={"a": "probe"})
     assert lines.conditions[0].speed_rpm == pytest.approx(600, rel=1e-4)
     # The edge is found between samples: half a sample is 1.8 degrees.
     assert np.angle(lines.amplitudes[0, 0, 1]) == pytest.approx(-0.4, abs=0.04)
@@ -93,7 +122,7 @@ def test_speed_and_phase_come_from_the_tacho():
 
 
 def test_lines_near_half_the_rate_are_not_compared():
-    lines = observe_orders(
+    (lines,) = observe_orders(
         [_recording(np.random.default_rng(3).normal(size=8000))], orders=[1.0, 45.0], channels={"a": "a"}
     )
     assert lines.seen[0, 0].tolist() == [True, False]
@@ -104,6 +133,18 @@ def test_a_short_record_and_a_missing_channel_are_said():
         observe_orders([_recording(np.ones(600) * np.arange(600))], orders=[1.0], channels={"a": "a"})
     with pytest.raises(UnusableRecordingError, match="no channel 'b'"):
         observe_orders([_recording(np.arange(8000.0))], orders=[1.0], channels={"b": "b"})
+
+
+def test_a_strong_line_beside_an_order_does_not_pull_the_speed():
+    # An outer race at order 3.053, five times as strong as 1X, and no 3X: as on a healthy bench with a small disc.
+    time, generator = np.arange(40000) / 20000, np.random.default_rng(6)
+    signal = 0.2 * np.cos(2 * np.pi * 20.11 * time) + 1.0 * np.cos(2 * np.pi * 61.4 * time + 1)
+    signal += 0.3 * generator.normal(size=time.size)
+    turns = 20.15 * time
+    still = with_still_phases(signal[None], turns, slack=0.004)
+    assert still[-1] / time[-1] == pytest.approx(20.11, abs=0.01)
+    # Without a bound it would be the race's third.
+    assert with_still_phases(signal[None], turns, slack=1.0)[-1] / time[-1] == pytest.approx(61.4 / 3, abs=0.05)
 
 
 def test_without_a_tacho_phases_are_those_between_probes():
@@ -120,7 +161,7 @@ def test_without_a_tacho_phases_are_those_between_probes():
             (Channel("a", "displacement"), Channel("b", "displacement")),
             condition=OperatingCondition(speed_rpm=1500.75),
         )
-        found.append(observe_orders([recording], orders=[1.0, 2.0], channels={"a": "a", "b": "b"}))
+        found += observe_orders([recording], orders=[1.0, 2.0], channels={"a": "a", "b": "b"})
     first, second = with_reference(*found)
     assert not first.conditions[0].tied
     assert first.reference == (0, 0)

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from rotorwise.diagnose.gap.line_noise import BLACKMAN_HARRIS, weighted_amplitudes
 from rotorwise.diagnose.gap.lines import Condition, LineKind
-from rotorwise.diagnose.gap.observe import BLACKMAN_HARRIS, weighted_amplitudes
 from rotorwise.diagnose.gap.predict import Predictor
 from rotorwise.simulators.effect import make_effect
 from rotorwise.simulators.machine import find_machine
