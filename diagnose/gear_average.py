@@ -10,7 +10,13 @@ import numpy as np
 from ..datasets.recording import GearPair
 from .observe import Observation
 from .signal.order_tracking import constant_speed_phase
-from .signal.synchronous_average import GearIndicators, gear_indicators, phase_locked_to_mesh, synchronous_average
+from .signal.synchronous_average import (
+    GearIndicators,
+    gear_indicators,
+    phase_locked_to_mesh,
+    residual_signal,
+    synchronous_average,
+)
 
 _MESH_HARMONICS = 4.5
 _LEAST_TURNS = 10
@@ -31,6 +37,9 @@ class GearAverage:
     deviation : float
         Standard deviation that the kurtosis of noise has in such an average, sqrt(24 / n) with two independent values
         an order.
+    repeated : float
+        Largest residual over the standard deviation that it has there from the scatter of the turns. What strikes in
+        any one turn, as a bearing does, leaves about 1, and sqrt(k) where k strikes happen to meet.
     """
 
     gear: str
@@ -39,6 +48,7 @@ class GearAverage:
     turns: int
     indicators: GearIndicators
     deviation: float
+    repeated: float
 
 
 _KNOWN: WeakKeyDictionary[Observation, tuple[GearAverage, ...]] = WeakKeyDictionary()
@@ -73,10 +83,25 @@ def _of_pair(now: Observation, gear: GearPair) -> list[GearAverage]:
         deviation = float(np.sqrt(24.0 / (2.0 * highest)))
         name = f"{teeth}-tooth gear"
         found += [
-            GearAverage(name, ratio, channel, average.turns, gear_indicators(row, teeth=teeth), deviation)
+            GearAverage(
+                name,
+                ratio,
+                channel,
+                average.turns,
+                gear_indicators(row, teeth=teeth),
+                deviation,
+                _repeated(row, average.deviation[channel], teeth),
+            )
             for channel, row in enumerate(average.average)
         ]
     return found
+
+
+def _repeated(average: np.ndarray, deviation: np.ndarray, teeth: int) -> float:
+    """Return how far the largest sample of the residual signal stands above its own scatter over the turns."""
+    residual = np.abs(residual_signal(average, teeth=teeth))
+    place = int(np.argmax(residual))
+    return float(residual[place] / max(float(deviation[place]), np.finfo(float).tiny))
 
 
 def _locked_phase(now: Observation, gear: GearPair, slowest_ratio: float) -> np.ndarray | None:

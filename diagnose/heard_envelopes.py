@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..datasets.recording import Channel
 from .observe import Observation
 from .signal.envelope import EnvelopeSpectrum
 
@@ -13,17 +14,24 @@ _WEAK = 0.1  # of the strongest direction at the same place, in the same band
 def speaking(now: Observation) -> list[EnvelopeSpectrum]:
     """Return the envelopes in which impacts on a race would show.
 
-    Displacement falls with the square of frequency: where a resonance rings it holds next to nothing, and what
-    modulates that little is the changing stiffness of sound bearings. It counts only where nothing else was measured.
+    Displacement falls with the square of frequency, velocity with frequency: where a resonance rings they hold next to
+    nothing, and what modulates that little is the changing stiffness of sound bearings. They count only where nothing
+    that shows more of it was measured.
     So it is with a direction that moves by a small part of another one at the same place: balls that pass under a
     load throw a little of it sideways, which is modulated wholly, while impacts shake every direction.
     """
     channels = now.recording.channels
-    heard = [one for one in now.envelopes if channels[one.channel].quantity != "displacement"] or list(now.envelopes)
+    best = min((_rank(channels[one.channel]) for one in now.envelopes), default=0)
+    heard = [one for one in now.envelopes if _rank(channels[one.channel]) == best]
     loudest: dict[tuple[object, ...], float] = {}
     for one in heard:
         loudest[_band(now, one)] = max(loudest.get(_band(now, one), 0.0), one.mean)
     return [one for one in heard if one.mean >= _WEAK * loudest[_band(now, one)]]
+
+
+def _rank(channel: Channel) -> int:
+    """Return 0 for acceleration and what may be, 1 for velocity, 2 for displacement."""
+    return {"velocity": 1, "displacement": 2}.get(channel.quantity or "", 0)
 
 
 def _band(now: Observation, one: EnvelopeSpectrum) -> tuple[object, ...]:

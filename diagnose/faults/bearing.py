@@ -16,7 +16,8 @@ import numpy as np
 
 from ...datasets.recording import MountedBearing
 from ..compare import comparable, order_change_db, path_changed
-from ..heard_envelopes import mesh_lines, other_directions, speaking
+from ..heard_envelopes import speaking
+from ..impact_share import modulated_mesh, share_of_impacts
 from ..observe import Observation
 from ..result import Finding, Line
 from ..signal.envelope import EnvelopeSpectrum
@@ -30,9 +31,6 @@ _STEEPNESS = 5.0
 # Impacts repeat in harmonics; the variable compliance of a healthy bearing is nearly a sine.
 _HARMONICS_FACTOR = {0: 0.5, 1: 0.5, 2: 1.0, 3: 1.5}
 _LEAST_PROBABILITY = 0.02
-# The stiffness of few balls is no sine: its multiples count as well.
-_BESIDE_MESH = np.array([-6, -5, -4, -3, -2, -1, 1, 2, 3, 4, 5, 6])
-_OTHER_DIRECTION = 2.0  # times the depth of the next direction at the same place is as deep as one is believed to be
 _SECOND_DEFECT = 0.3  # a second defect at once is rarer, and a strong first one stirs everything
 
 _CHECKS = {
@@ -138,18 +136,24 @@ def strongest(
 def confirmed(
     now: Observation, rhythm: DefectRhythm, taken: list[RhythmEvidence], envelopes: Sequence[EnvelopeSpectrum]
 ) -> RhythmEvidence | None:
-    """Return what the loudest envelope says of a rhythm, as far as another direction at the same place agrees.
+    """Return what the loudest envelope says of a rhythm; with gears, what it says of impacts in that rhythm."""
+    if not now.recording.nameplate.gears:
+        return strongest(now, rhythm, taken, envelopes)
+    best: RhythmEvidence | None = None
+    for envelope in envelopes:
+        for frequency in _candidates(now, envelope, rhythm):
+            evidence = _measure(now, envelope, rhythm, frequency, taken)
+            if evidence is None:
+                continue
 
-    Impacts shake every direction. With gears, one that a rhythm modulates much deeper than all others there is the one
-    across the tooth force, which the balls of a sound bearing hand on now to one side, now to the other.
-    """
-    best = strongest(now, rhythm, taken, envelopes)
-    if best is None or not now.recording.nameplate.gears:
-        return best
-    if not (others := other_directions(now, best.envelope)):
-        return best
-    second = strongest(now, rhythm, taken, others)
-    return replace(best, depth=min(best.depth, _OTHER_DIRECTION * (second.depth if second is not None else 0.0)))
+            def depth_of(one: EnvelopeSpectrum, at: float = frequency) -> float:
+                there = _measure(now, one, rhythm, at, taken)
+                return 0.0 if there is None else there.depth
+
+            evidence = replace(evidence, depth=share_of_impacts(now, envelope, depth_of))
+            if best is None or evidence.odds > best.odds:
+                best = evidence
+    return best
 
 
 def _candidates(now: Observation, envelope: EnvelopeSpectrum, rhythm: DefectRhythm) -> list[float]:
@@ -202,7 +206,7 @@ def _measure(
         power += sum(line.amplitude**2 for line in sidebands)
         lines += sidebands
     expected = rhythm.order * now.speed_hz
-    depth = float(np.sqrt(power)) * (1.0 - _modulated_mesh(now, envelope, frequency_hz))
+    depth = float(np.sqrt(power)) * (1.0 - modulated_mesh(now, envelope, frequency_hz))
     return RhythmEvidence(rhythm, envelope, depth, frequency_hz, expected, tuple(lines), harmonics)
 
 
@@ -256,34 +260,6 @@ def _envelope_line(
         None,
         expected,
     )
-
-
-def _modulated_mesh(now: Observation, envelope: EnvelopeSpectrum, frequency_hz: float) -> float:
-    """Return the share, 0 to 1, of a band's power that lies beside tooth-mesh lines at the distance of a rhythm.
-
-    Lines at k mesh +- m rhythm, m up to 6, over all that is in the band except the mesh lines themselves; what such
-    narrow windows would hold of evenly spread power is taken off.
-    """
-    carriers = mesh_lines(now, envelope)
-    if not carriers.size:
-        return 0.0
-    spectrum = now.spectrum
-    inside = (spectrum.frequency_hz >= envelope.low_hz) & (spectrum.frequency_hz <= envelope.high_hz)
-    frequency, power = spectrum.frequency_hz[inside], spectrum.amplitude[envelope.channel, inside] ** 2
-    width = 2.0 * spectrum.resolution_hz
-
-    def near(places: np.ndarray) -> np.ndarray:
-        at = np.sort(places)
-        index = np.clip(np.searchsorted(at, frequency), 1, at.size - 1) if at.size > 1 else np.ones(frequency.size, int)
-        padded = at if at.size > 1 else np.repeat(at, 2)
-        return np.minimum(abs(frequency - padded[index - 1]), abs(frequency - padded[index])) <= width
-
-    mesh = near(carriers)
-    sides = near((carriers[:, None] + _BESIDE_MESH * frequency_hz).ravel()) & ~mesh
-    total, even = float(power[~mesh].sum()), float(sides.sum()) / max(int((~mesh).sum()), 1)
-    if total <= 0 or even >= 0.5:
-        return 0.0  # lines so dense that they cover the band tell nothing
-    return max(float(power[sides].sum()) / total - even, 0.0) / (1.0 - even)
 
 
 def _belongs_elsewhere(

@@ -3,7 +3,8 @@
 NA4, the kurtosis of the residual signal, is 3 for noise and low for the few lines of an eccentric or worn gear; one bad
 tooth among many raises it (J. J. Zakrajsek, NASA TM-105950 (1993)). A sound gear may have a burst of its own from
 manufacture (a measured healthy gearbox has NA4 4.7), so that without a baseline it stays well below certainty; with
-one, the growth counts.
+one, the growth counts. A burst counts that comes at the same place in most turns: what a bearing's impacts leave of an
+average has a high kurtosis too, but the scatter of the turns there is as large as the burst.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ _NOISE = 3.0
 #: Excess over noise, and relative growth, at which the odds are the prior odds; they grow with these powers.
 _USUAL_EXCESS, _EXCESS_POWER, _PRIOR = 2.0, 2.5, 0.3
 _USUAL_GROWTH, _GROWTH_POWER, _PRIOR_OF_GROWTH = 0.5, 3.0, 0.5
+_REPEATS = 5.0  # deviations by which a burst must stand out of the scatter of its turns
 _SURE = 4.0  # deviations above noise: kurtosis is skewed, and the largest of a dozen averages is taken
 _MOST, _MOST_WITH_BASELINE = 0.8, 0.9
 _LEAST_PROBABILITY = 0.02
@@ -27,7 +29,7 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
     """Return the gears whose average has a burst."""
     if now.speed is None or not now.turning or not now.recording.nameplate.gears:
         return []
-    averages = gear_averages(now)
+    averages = [one for one in gear_averages(now) if one.repeated >= _REPEATS]
     earlier = gear_averages(baseline) if baseline is not None and comparable(now, baseline) else ()
     findings = []
     for gear in dict.fromkeys(one.gear for one in averages):
