@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...datasets.recording import GearPair
+from ...datasets.recording import Channel, GearPair
 from ..compare import comparable, odds_of_rise, path_changed
 from ..observe import Observation
 from ..result import Finding, Line
@@ -23,6 +23,9 @@ _REPEATABILITY_DB = 4.0
 _PRIOR = 0.15
 _OTHER_SUPPORT = 0.2  # share of looseness in risen mesh lines where directions cannot be compared
 _ANOTHER_PATH_DB = 6.0  # as for the noise floor in ``compare.path_changed``
+_LEAST_SIDEBAND = 1e-4  # of the mesh line, 80 dB below it: no gear is so round that less means anything (a judgement)
+_TELLING_SIDEBAND = 2.5e-3  # of the mesh line: smaller ones tell of a fault less than half (a judgement)
+_NOT_OF_THE_SERIES = 2.0  # times the first pair: what a shaft modulates once a turn has its strongest pair first
 _RISEN_ALIKE = 0.35  # share of tooth and run-out faults where the mesh rose as much as its sidebands
 _RIVALS = {
     # Once a turn the centre distance changes, whether the gear runs out or its shaft whirls.
@@ -185,16 +188,20 @@ def _lines(now: Observation, chosen: list[Family], limit: int = 14) -> tuple[Lin
 class Growth:
     """Growth in dB of a family's mesh line, and of its first and wider sidebands beyond that of the mesh line.
 
-    A mesh that got louder takes its sidebands along; only what they grow beyond it is modulation.
+    A mesh that got louder takes its sidebands along; only what they grow beyond it is modulation. ``size`` is the
+    larger of first and wider sidebands over the mesh line.
     """
 
     family: Family
     mesh: float
     first: float
     wide: float
+    size: float
 
 
-def _growth(now: Observation, family: Family, earlier: Family) -> Growth:
+def _growth(now: Observation, family: Family, earlier: Family, mesh_before: float, mesh_now: float) -> Growth:
+    """Return the growth of a family, whose mesh line was and is so high in the strongest direction at its place."""
+    least = _LEAST_SIDEBAND * mesh_before
     old = {side.number: side for side in (earlier.found.carrier, *earlier.found.sidebands)}
 
     def rises(numbers: range) -> list[float]:
@@ -203,8 +210,8 @@ def _growth(now: Observation, family: Family, earlier: Family) -> Growth:
             was = old.get(side.number)
             if abs(side.number) not in numbers or was is None:
                 continue
-            high, low = max(side.amplitude, side.noise_floor), max(was.amplitude, was.noise_floor, 1e-300)
-            rise = 20 * float(np.log10(max(high, 1e-300) / low))
+            high, low = max(side.amplitude, side.noise_floor, least), max(was.amplitude, was.noise_floor, least)
+            rise = 20 * float(np.log10(max(high, 1e-300) / max(low, 1e-300)))
             # A risen floor (a bearing's impacts, cavitation) is no risen sideband.
             found.append(rise if side.power_ratio > now.significant_ratio else min(rise, 0.0))
         return found
@@ -215,7 +222,41 @@ def _growth(now: Observation, family: Family, earlier: Family) -> Growth:
     first = min(float(np.mean(pair)), min(pair) + _REPEATABILITY_DB) if pair else 0.0
     # A local defect lifts some sidebands more than others; the lift that scatter alone gives them is taken off.
     several = float(np.percentile(wide, 75)) - 0.67 * _REPEATABILITY_DB if len(wide) >= 3 else 0.0
-    return Growth(family, mesh[0] if mesh else 0.0, first - louder, several - louder)
+    one, more = _heights(family)
+    # Where the following ones are much higher than the first, another shaft, a bearing or twice a turn made them.
+    if more > _NOT_OF_THE_SERIES * one:
+        several, more = min(several, first), one
+    size = max(one, more) / max(mesh_now, 1e-300)
+    return Growth(family, mesh[0] if mesh else 0.0, first - louder, several - louder, size)
+
+
+def _heights(family: Family) -> tuple[float, float]:
+    """Return the mean of the first pair, and what the stronger ones of the wider sidebands reach."""
+    pair = [side.amplitude for side in family.found.sidebands if abs(side.number) == 1]
+    wide = [side.amplitude for side in family.found.sidebands if abs(side.number) > 1]
+    return float(np.mean(pair)) if pair else 0.0, float(np.percentile(wide, 75)) if wide else 0.0
+
+
+def _mesh_amplitudes(at: Observation, found: list[Family]) -> dict[tuple[int, int], float]:
+    """Return, by mesh harmonic and channel, the mesh line in the strongest direction at the place of the channel.
+
+    Sidebands are measured by it, lest a direction across the tooth force, which shows next to no mesh, makes much of
+    nothing.
+    """
+    channels = at.recording.channels
+    return {
+        (one.mesh, one.channel): max(
+            other.found.carrier.amplitude
+            for other in found
+            if other.mesh == one.mesh
+            and (other.channel == one.channel or _same_place(channels[other.channel], channels[one.channel]))
+        )
+        for one in found
+    }
+
+
+def _same_place(one: Channel, other: Channel) -> bool:
+    return one.location is not None and (one.location, one.quantity) == (other.location, other.quantity)
 
 
 def _local(now: Observation, baseline: Observation | None, current: list[Family], earlier: list[Family]) -> float:
@@ -259,12 +300,13 @@ def _judge_growth(now: Observation, baseline: Observation, gear: GearPair, curre
     """Judge, for each shaft, the family that grew most; the price of choosing it is taken off its growth."""
     before = families(baseline, gear)
     earlier = {(one.mesh, one.wheel, one.channel): one for one in before}
+    was, now_is = _mesh_amplitudes(baseline, before), _mesh_amplitudes(now, current)
     findings: list[Finding] = []
     for name, ratio in shafts(gear):
         grown = [
-            _growth(now, one, earlier[one.mesh, one.wheel, one.channel])
+            _growth(now, one, earlier[key], was[one.mesh, one.channel], now_is[one.mesh, one.channel])
             for one in current
-            if one.wheel == name and (one.mesh, one.wheel, one.channel) in earlier
+            if one.wheel == name and (key := (one.mesh, one.wheel, one.channel)) in earlier
         ]
         if not grown:
             continue
@@ -286,7 +328,7 @@ def _judge_growth(now: Observation, baseline: Observation, gear: GearPair, curre
         # Sidebands that grew only as much as the mesh mean a stronger mesh: wear as a rule, a bad tooth now and then.
         alike = max(_posterior(max(one.first, one.wide) + max(one.mesh, 0.0) - price) for one in grown)
         index = max(first, wide)
-        modulated = 0.8 * (index + _RISEN_ALIKE * max(alike - index, 0.0))
+        modulated = 0.8 * (index + _RISEN_ALIKE * max(alike - index, 0.0)) * best.size / (best.size + _TELLING_SIDEBAND)
         worn = 0.8 * mesh * (1 - 0.7 * index)
         findings += [
             _finding(now, baseline, best, "gear_tooth_fault", modulated * local, summary),
