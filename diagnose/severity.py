@@ -22,6 +22,8 @@ __all__ = ["assess", "available_tables", "baseline_limits", "zone_of"]
 
 _JUDGED = ("acceleration", "velocity", "displacement")
 _AT_RIGHT_ANGLES = {"x": "y", "y": "x", "horizontal": "vertical", "vertical": "horizontal"}
+#: Words that name a part which turns: what is measured there is no vibration of a housing.
+_TURNING = {"shaft", "rotor", "pinion", "wheel", "disc", "disk", "impeller", "spindle", "journal", "hub"}
 #: The probe of a pair that is judged with the other one.
 _SECOND = ("y", "vertical")
 
@@ -134,10 +136,15 @@ def _unusable(channels: tuple[Channel, ...]) -> str:
     """Return the sentence for channels whose quantity no zone table judges; empty when there are none."""
     sentences = []
     unknown = [channel.name for channel in channels if channel.quantity is None]
+    without = [channel.name for channel in channels if channel.quantity in _JUDGED and _without_a_zone(channel)]
     volts = [channel.name for channel in channels if channel.quantity == "voltage"]
     sound = [channel.name for channel in channels if channel.quantity == "sound_pressure"]
     if unknown:
         sentences.append(f"Unit of {_some(unknown)} unknown: no severity. Pass --unit or --sensitivity.")
+    if without:
+        sentences.append(
+            f"{_some(without)}: of a turning part, or torsion, which no zone judges. Pass --severity-table if one does."
+        )
     if volts:
         sentences.append(f"{_some(volts)} in volts: no severity. Pass --sensitivity, for example 100 mV/g.")
     if sound:
@@ -159,7 +166,7 @@ def _wrong_table(named: ChosenTable) -> str:
 def _items(recording: Recording, named: ChosenTable | None) -> Iterator[_Item]:
     """Yield what to judge; probes whose table asks for a radius come in pairs."""
     for index, channel in enumerate(recording.channels):
-        if channel.quantity not in _JUDGED:
+        if channel.quantity not in _JUDGED or (named is None and _without_a_zone(channel)):
             continue
         chosen = named or automatic_table(channel, recording.nameplate)
         rows = tuple(row for row in chosen.rows if fits(row, channel))
@@ -172,6 +179,15 @@ def _items(recording: Recording, named: ChosenTable | None) -> Iterator[_Item]:
         elif channel.direction not in _SECOND or _partner(recording, index) is None:
             partner = _partner(recording, index)
             yield _Item((index,) if partner is None else (index, partner), chosen)
+
+
+def _without_a_zone(channel: Channel) -> bool:
+    """Return whether no standard judges what a channel measures: torsion, or velocity of a part that turns.
+
+    Zones of housings are for bearing housings, those of shafts for displacement.
+    """
+    turning = channel.quantity != "displacement" and bool(_TURNING & set((channel.location or "").lower().split()))
+    return turning or channel.direction == "torsion"
 
 
 def _partner(recording: Recording, index: int) -> int | None:

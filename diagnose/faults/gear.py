@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...datasets.recording import Channel, GearPair
-from ..compare import comparable, odds_of_rise, path_changed
+from ..compare import comparable, odds_of_rise, order_change_db, path_changed, risen_db
 from ..observe import Observation
 from ..result import Finding, Line
 from ..signal.sidebands import SidebandFamily, find_sidebands
@@ -27,17 +27,21 @@ _LEAST_SIDEBAND = 1e-4  # of the mesh line, 80 dB below it: no gear is so round 
 _TELLING_SIDEBAND = 2.5e-3  # of the mesh line: smaller ones tell of a fault less than half (a judgement)
 _NOT_OF_THE_SERIES = 2.0  # times the first pair: what a shaft modulates once a turn has its strongest pair first
 _RISEN_ALIKE = 0.35  # share of tooth and run-out faults where the mesh rose as much as its sidebands
+_SHARE_OF_WHIRL = 0.5  # of modulation once a turn, where the shaft whirls more than before
 _RIVALS = {
     # Once a turn the centre distance changes, whether the gear runs out or its shaft whirls.
     "gear_eccentricity": ("gear_tooth_fault", "unbalance"),
     "gear_tooth_fault": ("gear_eccentricity",),
     "gear_wear": ("looseness",),
     "looseness": ("gear_wear",),
+    "unbalance": ("gear_eccentricity",),
 }
 _CHECKS = {
     "gear_eccentricity": "Measure run-out of the gear; check bore, key and shaft. Unbalance of the shaft modulates the "
     "mesh once a turn too, but grows with the speed squared.",
     "gear_tooth_fault": "Inspect the teeth of this gear; take a synchronous average with a tacho on this shaft.",
+    "unbalance": "Measure run-out of the gear; record two other speeds: the force of an unbalance grows with the speed "
+    "squared, run-out does not.",
     "gear_wear": "Inspect tooth flanks and oil debris; compare with records at the same load. Wear lifts the mesh "
     "lines of all directions alike, a loose joint does not.",
     "looseness": "Check bolts and bearing fits; watch the mesh lines while a bolt is tightened. Wear lifts them in all "
@@ -328,15 +332,27 @@ def _judge_growth(now: Observation, baseline: Observation, gear: GearPair, curre
         # Sidebands that grew only as much as the mesh mean a stronger mesh: wear as a rule, a bad tooth now and then.
         alike = max(_posterior(max(one.first, one.wide) + max(one.mesh, 0.0) - price) for one in grown)
         index = max(first, wide)
-        modulated = 0.8 * (index + _RISEN_ALIKE * max(alike - index, 0.0)) * best.size / (best.size + _TELLING_SIDEBAND)
+        telling = best.size / (best.size + _TELLING_SIDEBAND)
+        modulated = 0.8 * (index + _RISEN_ALIKE * max(alike - index, 0.0)) * telling
+        whirl = _SHARE_OF_WHIRL * _whirl(now, baseline, ratio)
         worn = 0.8 * mesh * (1 - 0.7 * index)
         findings += [
             _finding(now, baseline, best, "gear_tooth_fault", modulated * local, summary),
-            _finding(now, baseline, best, "gear_eccentricity", modulated * (1 - local), summary),
+            _finding(now, baseline, best, "gear_eccentricity", modulated * (1 - local) * (1 - whirl), summary),
+            _finding(now, baseline, best, "unbalance", modulated * (1 - local) * whirl, summary),
             _finding(now, baseline, loudest, "gear_wear", worn * (1 - loose), summary),
             _finding(now, baseline, loudest, "looseness", worn * loose, summary),
         ]
     return _best_of_each(findings)
+
+
+def _whirl(now: Observation, baseline: Observation, ratio: float) -> float:
+    """Return how surely the shaft of a gear whirls more than before, 0 to 1, from its 1X sideways."""
+    sideways = [i for i in now.radial_channels() if now.recording.channels[i].direction != "torsion"]
+    if not sideways:
+        return 0.0
+    rise, _ = risen_db(order_change_db(now, baseline, ratio)[sideways], _REPEATABILITY_DB)
+    return _posterior(rise)
 
 
 def _finding(

@@ -15,6 +15,7 @@ from ..result import Finding
 
 _ORDERS = (0.5, 1.5, 2.5, 3.5, 4.5, 5.5)
 _PROBABILITY = {0: 0.0, 1: 0.04, 2: 0.15, 3: 0.35, 4: 0.50, 5: 0.60, 6: 0.65}
+_SHARE_OF_COMB = 0.01  # of the velocity energy, from which a comb beside gears is the shaft's own (a judgement)
 _CHECK = "Check bolts, bearing fits and foundation; watch these lines while a bolt is tightened."
 
 
@@ -43,11 +44,22 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
     ]
 
 
+def _share(now: Observation) -> float:
+    """Return the share of 4X to 10X in the velocity energy, of the channel where it is largest."""
+    return max(
+        sum(now.velocity_share(float(order), channel=channel) for order in range(4, 11))
+        for channel in range(now.channel_count)
+    )
+
+
 def _from_comb(now: Observation, baseline: Observation | None, comb: float) -> Finding:
     """Return what a long risen comb says; a strongly risen 1X makes harmonics too, without any looseness."""
     assert baseline is not None
     one = float(np.median(order_change_db(now, baseline, 1.0)))
     probability = (0.3 if one > 10 else 0.6) * comb**2
+    if now.recording.nameplate.gears:
+        # A bad tooth strikes once a turn and makes a comb too, a faint one: it does not cut off the shaft's motion.
+        probability *= min(1.0, _share(now) / _SHARE_OF_COMB)
     lines = [strongest_line(now, baseline, float(order)) for order in range(4, 11)]
     return Finding(
         "looseness",
