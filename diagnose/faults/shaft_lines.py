@@ -79,14 +79,21 @@ def _level(now: Observation, channels: list[int]) -> float:
     return float(np.sqrt(np.mean(np.square(velocities)) * 3))
 
 
-def _shares(one: float, more: float, axial: float | None) -> dict[str, float]:
-    """Return how a pattern of shaft lines is shared between its causes; the rest is none of them."""
+def _shares(one: float, more: float, axial: float | None, *, shaft_probes: bool) -> dict[str, float]:
+    """Return how a pattern of shaft lines is shared between its causes; the rest is none of them.
+
+    Shaft probes show a bow and the run-out of their track as 1X too, and a sound rotor near a critical speed is far
+    louder at the shaft than at the housing: one record at one speed says less there.
+    """
     tilt = 0.5 if axial is None else min(axial, 1.0)
     weight = {
         "unbalance": 0.45 * 5 * one**4 / (0.5 + tilt),
         "misalignment": 0.20 * (one + 2 * more) * (0.5 + tilt),
         "bent_shaft": 0.08 * 2 * one * (0.5 + tilt),
     }
+    if shaft_probes:
+        weight["bent_shaft"] *= 4
+        weight["resonance"] = 0.6 * one
     return {name: value / (sum(weight.values()) + 0.25) for name, value in weight.items()}
 
 
@@ -97,9 +104,10 @@ def _judge_level(now: Observation) -> list[Finding]:
     if axial is not None:
         level += f"; axial over radial {axial:.2f}"
     summary = f"1X carries {one:.0%} and 2X + 3X {more:.0%} of the radial velocity; {level}."
-    rivals = {"unbalance": ("bent_shaft", "misalignment"), "misalignment": ("unbalance", "bent_shaft")}
+    rivals = {"unbalance": ("bent_shaft", "misalignment", "resonance"), "misalignment": ("unbalance", "bent_shaft")}
     findings = []
-    for fault, share in _shares(one, more, axial).items():
+    seen = {now.recording.channels[index].quantity for index in now.radial_channels()}
+    for fault, share in _shares(one, more, axial, shaft_probes=seen == {"displacement"}).items():
         lines = _strongest_lines(now, None, (1.0,) if fault == "unbalance" else (1.0, 2.0, 3.0))
         others = rivals.get(fault, ("unbalance", "misalignment"))
         if lines:
