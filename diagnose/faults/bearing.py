@@ -10,11 +10,23 @@ stiffness modulates are taken off: their sidebands stand beside the mesh, those 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from ...datasets.recording import MountedBearing
+from ..bearing_rhythm import (
+    EVEN_DEPTH,
+    STEEPNESS,
+    DefectRhythm,
+    RhythmEvidence,
+    alone,
+    defect_odds,
+    envelope_line,
+    of_another,
+    on_shaft,
+    shaft_ratios,
+)
 from ..compare import comparable, order_change_db, path_changed
 from ..heard_envelopes import speaking
 from ..impact_share import modulated_mesh, share_of_impacts
@@ -24,13 +36,11 @@ from ..signal.envelope import EnvelopeSpectrum
 from ..signal.spectrum import peak_near
 
 _SLIP = 0.02  # rolling elements slip up to 2 % against the kinematic order
-_SLIP_SPREAD = 0.01
-_EVEN_DEPTH = 0.4  # modulation depth at which a defect is as likely as not: a third or so of the energy in impacts
+_CAGE_LAG = 0.03  # a cage under light load lags more at times; what it passes on the outer race comes that much later
 _EVEN_EXCESS = 0.2  # the same against a baseline, whose own depth is taken off
-_STEEPNESS = 5.0
-# Impacts repeat in harmonics; the variable compliance of a healthy bearing is nearly a sine.
-_HARMONICS_FACTOR = {0: 0.5, 1: 0.5, 2: 1.0, 3: 1.5}
 _LEAST_PROBABILITY = 0.02
+_SHARED_WITH_SHAFT = 0.7  # jaws of a coupling, blades or a shaft out of round make one multiple alone too
+_LOUDER = 2.0  # times the rhythm's own lines: then another, unknown rhythm rules the envelope
 _SECOND_DEFECT = 0.3  # a second defect at once is rarer, and a strong first one stirs everything
 
 _CHECKS = {
@@ -39,36 +49,6 @@ _CHECKS = {
     "bearing_ball": "Inspect rolling elements; the rhythm varies from record to record, so repeat the measurement.",
     "bearing_cage": "Check lubrication and cage wear; repeat the measurement.",
 }
-
-
-@dataclass(frozen=True)
-class DefectRhythm:
-    """The lines that one defect of one bearing makes in the envelope: a comb, with sidebands at a modulator."""
-
-    fault: str
-    label: str
-    order: float
-    modulator: float | None
-
-
-@dataclass(frozen=True)
-class RhythmEvidence:
-    """The best band's answer for one rhythm."""
-
-    rhythm: DefectRhythm
-    envelope: EnvelopeSpectrum
-    depth: float
-    frequency_hz: float
-    expected_hz: float
-    lines: tuple[Line, ...]
-    harmonics_seen: int
-
-    @property
-    def odds(self) -> float:
-        """Odds of a defect: depth, harmonics, and nearness to the kinematic order (slip spread 1 % against any)."""
-        slip = self.frequency_hz / self.expected_hz - 1.0
-        nearness = 1.6 * np.exp(-0.5 * (slip / _SLIP_SPREAD) ** 2)
-        return defect_odds(self.depth) * _HARMONICS_FACTOR[self.harmonics_seen] * float(nearness)
 
 
 def rhythms(bearing: MountedBearing) -> list[DefectRhythm]:
@@ -101,7 +81,7 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
         evidence, pair = max(found, key=lambda one: one[0].odds)
         if evidence.odds < 0.02:
             break
-        crowd = _SECOND_DEFECT if any(other.odds > 1 for other in taken) else 1.0
+        crowd = _SECOND_DEFECT if any(other.odds > 1 for other in taken) or _overruled(now, evidence) else 1.0
         taken.append(evidence)
         findings.append(_finding(now, baseline, pair[0], evidence, crowd))
         waiting = [other for _, other in found if other is not pair]
@@ -137,26 +117,28 @@ def confirmed(
     now: Observation, rhythm: DefectRhythm, taken: list[RhythmEvidence], envelopes: Sequence[EnvelopeSpectrum]
 ) -> RhythmEvidence | None:
     """Return what the loudest envelope says of a rhythm; with gears, what it says of impacts in that rhythm."""
-    if not now.recording.nameplate.gears:
-        return strongest(now, rhythm, taken, envelopes)
+    gears = bool(now.recording.nameplate.gears)
     best: RhythmEvidence | None = None
     for envelope in envelopes:
-        for frequency in _candidates(now, envelope, rhythm):
-            evidence = _measure(now, envelope, rhythm, frequency, taken)
+        for frequency in _candidates(now, envelope, rhythm, lag=_CAGE_LAG if rhythm.label == "BPFO" else _SLIP):
+            evidence = _measure(now, envelope, rhythm, frequency, taken, strict=True)
             if evidence is None:
                 continue
 
             def depth_of(one: EnvelopeSpectrum, at: float = frequency) -> float:
-                there = _measure(now, one, rhythm, at, taken)
+                there = _measure(now, one, rhythm, at, taken, strict=True)
                 return 0.0 if there is None else there.depth
 
-            evidence = replace(evidence, depth=share_of_impacts(now, envelope, depth_of))
+            if gears:
+                evidence = replace(evidence, depth=share_of_impacts(now, envelope, depth_of))
             if best is None or evidence.odds > best.odds:
                 best = evidence
     return best
 
 
-def _candidates(now: Observation, envelope: EnvelopeSpectrum, rhythm: DefectRhythm) -> list[float]:
+def _candidates(
+    now: Observation, envelope: EnvelopeSpectrum, rhythm: DefectRhythm, *, lag: float = _SLIP
+) -> list[float]:
     """Return the significant lines within slip of the rhythm, and half of those at its second harmonic."""
     found: list[float] = []
     spectrum = envelope.spectrum
@@ -165,7 +147,7 @@ def _candidates(now: Observation, envelope: EnvelopeSpectrum, rhythm: DefectRhyt
     # A race strikes at its own order; a ball that touches one race at a time and a cage may show twice the order only.
     for harmonic in (1,) if rhythm.label in ("BPFO", "BPFI") else (1, 2):
         expected = harmonic * rhythm.order * now.speed_hz
-        low = max(int((expected * (1 - _SLIP)) / resolution), 2)
+        low = max(int((expected * (1 - lag)) / resolution), 2)
         high = min(int(np.ceil(expected * (1 + _SLIP) / resolution)) + 1, ratio.size - 2)
         # One comparison says where nothing does.
         if ratio[low : high + 1].max(initial=0.0) <= now.significant_ratio:
@@ -184,17 +166,31 @@ def _measure(
     rhythm: DefectRhythm,
     frequency_hz: float,
     taken: list[RhythmEvidence],
+    *,
+    strict: bool = False,
 ) -> RhythmEvidence | None:
+    """Return what one envelope says; ``strict`` lets a race's harmonics and sidebands count as far as its own line."""
+    race = strict and rhythm.label in ("BPFO", "BPFI")
     lines: list[Line] = []
     power = 0.0
     harmonics = 0
-    significant = False
+    significant = shared = False
+    highest = np.inf
     for harmonic in (1, 2, 3):
-        line = _envelope_line(now, envelope, harmonic * frequency_hz, f"{harmonic} x {rhythm.label}", rhythm, harmonic)
-        if line is None or _belongs_elsewhere(now, envelope, line.frequency_hz, taken):
+        line = envelope_line(now, envelope, harmonic * frequency_hz, f"{harmonic} x {rhythm.label}", rhythm, harmonic)
+        foreign = line is None or of_another(now, envelope, line.frequency_hz, taken)
+        if line is not None and not foreign and on_shaft(now, envelope, line.frequency_hz):
+            shared |= race and harmonic == 1 and alone(now, envelope, line)
+            foreign = not (shared and harmonic == 1)
+        if foreign or line is None:
+            if race and harmonic == 1:
+                return None
             continue
         ratio = line.signal_to_noise**2
-        power += max(line.amplitude**2 - line.noise_floor**2, 0.0)
+        power += max(min(line.amplitude, highest) ** 2 - line.noise_floor**2, 0.0)
+        if race:
+            # Strikes once a pass have their first line highest; what exceeds it belongs to something else.
+            highest = min(highest, line.amplitude)
         if ratio > now.significant_ratio:
             significant = True
             lines.append(line)
@@ -203,11 +199,12 @@ def _measure(
         return None
     if rhythm.modulator is not None:
         sidebands = _sidebands(now, envelope, rhythm, frequency_hz, taken)
-        power += sum(line.amplitude**2 for line in sidebands)
+        # A full modulation has sidebands half as high as their line: much of a higher one is another rhythm's.
+        power += sum(min(line.amplitude, highest) ** 2 for line in sidebands)
         lines += sidebands
     expected = rhythm.order * now.speed_hz
     depth = float(np.sqrt(power)) * (1.0 - modulated_mesh(now, envelope, frequency_hz))
-    return RhythmEvidence(rhythm, envelope, depth, frequency_hz, expected, tuple(lines), harmonics)
+    return RhythmEvidence(rhythm, envelope, depth, frequency_hz, expected, tuple(lines), harmonics, shared)
 
 
 def _sidebands(
@@ -223,80 +220,31 @@ def _sidebands(
             wanted = harmonic * frequency_hz + side * (rhythm.modulator or 0.0) * now.speed_hz
             modulator = f"{rhythm.modulator or 0:g}X" if rhythm.fault == "bearing_inner_race" else "FTF"
             name = f"{harmonic} x {rhythm.label} {'-' if side < 0 else '+'} {modulator}"
-            line = _envelope_line(now, envelope, wanted, name, rhythm, None)
+            line = envelope_line(now, envelope, wanted, name, rhythm, None)
             if line is None or line.signal_to_noise**2 < now.significant_ratio:
                 continue
-            if not _belongs_elsewhere(now, envelope, line.frequency_hz, taken):
+            at = line.frequency_hz
+            if not on_shaft(now, envelope, at) and not of_another(now, envelope, at, taken):
                 found.append(line)
     return found
 
 
-def _envelope_line(
-    now: Observation,
-    envelope: EnvelopeSpectrum,
-    frequency_hz: float,
-    name: str,
-    rhythm: DefectRhythm,
-    harmonic: int | None,
-) -> Line | None:
-    spectrum = envelope.spectrum
-    if not 2 * spectrum.resolution_hz < frequency_hz < spectrum.frequency_hz[-3]:
-        return None
-    frequency, depth, floor = peak_near(spectrum, 0, frequency_hz, tolerance_hz=1.2 * spectrum.resolution_hz)
-    middle = round(frequency / spectrum.resolution_hz)
-    if depth < spectrum.amplitude[0, max(middle - 2, 0) : middle + 3].max():
-        return None  # the skirt of a stronger line
-    expected = None if harmonic is None else harmonic * rhythm.order
-    channel = now.recording.channels[envelope.channel].name
-    return Line(
-        name,
-        channel,
-        frequency,
-        frequency / now.speed_hz,
-        depth,
-        floor,
-        "modulation",
-        "envelope",
-        None,
-        expected,
-    )
-
-
-def _belongs_elsewhere(
-    now: Observation, envelope: EnvelopeSpectrum, frequency_hz: float, taken: list[RhythmEvidence]
-) -> bool:
-    """Return whether a line is a multiple of a shaft's speed or part of a deeper rhythm's family."""
-    speed = now.speed
-    assert speed is not None
-    resolution = envelope.spectrum.resolution_hz
-    relative_doubt = (speed.high_hz - speed.low_hz) / 4 / speed.speed_hz
-    for ratio in shaft_ratios(now):
-        shaft = ratio * speed.speed_hz
-        multiple = round(frequency_hz / shaft)
-        doubt = min(relative_doubt * frequency_hz, resolution)
-        if multiple >= 1 and abs(frequency_hz - multiple * shaft) < 0.7 * resolution + doubt:
-            return True
-    for other in taken:
-        for harmonic in range(0, 7):
-            remainder = abs(frequency_hz - harmonic * other.frequency_hz)
-            shafts = round(remainder / speed.speed_hz)
-            close = abs(remainder - shafts * speed.speed_hz) < resolution * 1.5 + relative_doubt * remainder
-            if close and shafts <= 3 and (harmonic or shafts):
-                return True
-    return False
-
-
-def shaft_ratios(now: Observation) -> list[float]:
-    """Return the speeds of all known shafts over the reference speed: a broken tooth strikes at its own shaft's."""
-    ratios = [1.0]
-    for gear in now.recording.nameplate.gears:
-        ratios += [ratio for ratio in (gear.driver_ratio, gear.driven_ratio) if ratio is not None]
-    return list(dict.fromkeys(ratios))
-
-
-def defect_odds(depth: float) -> float:
-    """Return the odds of a defect for a modulation depth, (depth/0.4)^5."""
-    return (max(depth, 1e-6) / _EVEN_DEPTH) ** _STEEPNESS
+def _overruled(now: Observation, evidence: RhythmEvidence) -> bool:
+    """Return whether a line that is neither this rhythm's nor a shaft's towers over it in its own envelope."""
+    spectrum = evidence.envelope.spectrum
+    resolution = spectrum.resolution_hz
+    modulator = (evidence.rhythm.modulator or 1.0) * now.speed_hz
+    family = np.array([h * evidence.frequency_hz + k * modulator for h in range(7) for k in range(-3, 4)])
+    shafts = np.concatenate([np.arange(1, 40) * ratio * now.speed_hz for ratio in shaft_ratios(now)])
+    own = max((line.amplitude for line in evidence.lines), default=0.0)
+    loud = np.flatnonzero((spectrum.amplitude[0] > _LOUDER * own) & (spectrum.power_ratio[0] > now.significant_ratio))
+    away = [
+        np.abs(places - spectrum.frequency_hz[index]).min()
+        for index in loud
+        if index > 2
+        for places in (np.concatenate([family, shafts]),)
+    ]
+    return any(distance > 2.5 * resolution for distance in away)
 
 
 def _finding(
@@ -321,7 +269,7 @@ def _finding(
         # What the healthy machine shows is its own; only the rest speaks for a defect, and less of it is enough.
         excess = max(evidence.depth - earlier, 0.0)
         even = _EVEN_EXCESS * _load_factor(now, baseline)
-        odds *= (max(excess, 1e-6) / even) ** _STEEPNESS / defect_odds(evidence.depth)
+        odds *= (max(excess, 1e-6) / even) ** STEEPNESS / defect_odds(evidence.depth)
         note = f" (baseline {earlier:.0%})"
     place = place_of(bearing)
     low, high = evidence.envelope.low_hz, evidence.envelope.high_hz
@@ -332,9 +280,13 @@ def _finding(
         f"in {low:.0f}-{high:.0f} Hz; "
         f"{evidence.harmonics_seen} harmonic{'s' if evidence.harmonics_seen > 1 else ''} above the noise."
     )
-    if evidence.depth < _EVEN_DEPTH:
+    if evidence.depth < EVEN_DEPTH:
         summary += " Shallow: a healthy loaded bearing can do this too."
-    return Finding(evidence.rhythm.fault, odds / (1 + odds), summary, lines, _CHECKS[evidence.rhythm.fault])
+    probability = odds / (1 + odds)
+    if evidence.shared_with_shaft:
+        probability *= _SHARED_WITH_SHAFT
+        summary += " This record cannot tell it from a multiple of the shaft's speed: record longer, with a tacho."
+    return Finding(evidence.rhythm.fault, probability, summary, lines, _CHECKS[evidence.rhythm.fault])
 
 
 def _load_factor(now: Observation, baseline: Observation) -> float:
