@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..compare import comparable, floor_rise_near, odds_of_rise, order_change_db, repeatability_db, risen_db
+from ..new_motion import NewMotion, new_motion
 from ..observe import Observation
 from ..order_lines import long_comb, owned_by_machine
 from ..result import Finding, Line
@@ -18,6 +19,7 @@ from ..result import Finding, Line
 _ABNORMAL = {"A": 0.03, "B": 0.10, "C": 0.50, "D": 0.80, None: 0.20}
 _PRIOR_OF_RISE = 0.15
 _FORCES_THAT_CANCEL = 0.25  # share of new forces that leave 1X of some sensors as it was; a judgement, not measured
+_TELLING_HARMONICS = 0.02  # of 1X, in velocity: half as telling (a judgement)
 _STOPPED_DB = -20.0  # a 1X that fell so far belongs to a machine that is not running as it did
 _CHECKS = {
     "unbalance": "Check deposits, lost weights and the phase between bearings; balance with a trial weight.",
@@ -142,7 +144,8 @@ def _judge_change(now: Observation, baseline: Observation) -> list[Finding]:
     largest = _risen_harmonics(now, change, usable, max(one, 0.0), scatter)
     harmonics = 0.7 * _probability_of_rise(largest, scatter, typical_db=8.0, spread_db=6.0)
     harmonics *= 1 - long_comb(now, baseline)
-    of_more = {fault: harmonics * part for fault, part in _causes_of_harmonics(now, change, usable, one).items()}
+    shared = _causes_of_harmonics(now, change, usable, one, new_motion(now, baseline, usable))
+    of_more = {fault: harmonics * part for fault, part in shared.items()}
     findings = []
     for fault in dict.fromkeys((*of_one, *of_more)):
         first, more = of_one.get(fault, 0.0), of_more.get(fault, 0.0)
@@ -208,16 +211,37 @@ def _causes_of_1x(
 
 
 def _causes_of_harmonics(
-    now: Observation, change: dict[float, np.ndarray], usable: list[float], one: float
+    now: Observation, change: dict[float, np.ndarray], usable: list[float], one: float, motion: NewMotion | None
 ) -> dict[str, float]:
-    """Return how risen 2X and 3X are shared between their causes.
+    """Return how risen 2X and 3X are shared between their causes; the rest is none of them.
 
     A misaligned coupling bends the shaft as it turns, which shows in both radial directions. A contact that stands
-    still in space, a stop that is touched or a joint that opens, acts in its own direction: then the three share.
-    Fractions of 1X, which tell a rub or looseness, have rules of their own.
+    still in space, a stop that is touched or a joint that opens, acts in its own direction: then the three share. A
+    joint opens upwards as a rule, a stop is touched anywhere. Fractions of 1X, which tell a rub or looseness, have
+    rules of their own. A misalignment that matters makes more than every joint's and bearing's own nonlinearity does.
     """
-    part = _one_direction(now, change, usable, max(one, 0.0))
-    return {"misalignment": 1 - 0.6 * part, "rub": 0.3 * part, "looseness": 0.3 * part}
+    size = _size_of_harmonics(now, usable)
+    telling = size / (size + _TELLING_HARMONICS)
+    if motion is None:
+        part = _one_direction(now, change, usable, max(one, 0.0))
+        return {"misalignment": (1 - 0.6 * part) * telling, "rub": 0.3 * part, "looseness": 0.3 * part}
+    rub, loose = (0.25, 0.45) if motion.vertical else (0.55, 0.15)
+    part = motion.contact
+    return {"misalignment": (1 - 0.7 * part) * telling, "rub": rub * part, "looseness": loose * part}
+
+
+def _size_of_harmonics(now: Observation, usable: list[float]) -> float:
+    """Return the largest 2X or 3X over 1X of any channel, in velocity."""
+    found = [0.0]
+    for channel in range(now.channel_count):
+        base = now.line(1.0, channel=channel)
+        for order in usable:
+            line = now.line(order, channel=channel)
+            if now.is_significant(line):
+                ratio = line.amplitude / max(base.amplitude, base.noise_floor, 1e-300)
+                factors = [float(now.velocity_factor(channel, one.frequency_hz)) for one in (line, base)]
+                found.append(ratio * factors[0] / factors[1])
+    return max(found)
 
 
 def _one_direction(now: Observation, change: dict[float, np.ndarray], usable: list[float], dragged: float) -> float:
