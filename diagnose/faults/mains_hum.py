@@ -35,6 +35,7 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
     if not seen:
         return []
     share, supply, lines = max(seen, key=lambda one: one[0])
+    loudest = lines[0].channel
     probability = _MOST * share / (share + _EVEN_SHARE) * (1.0 if len(lines) > 1 else _LONE)
     if probability < _LEAST_PROBABILITY:
         return []
@@ -42,7 +43,7 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
     names = f"{', '.join(channels[:3])}{f' and {len(channels) - 3} more' if len(channels) > 3 else ''}"
     summary = (
         f"Mains hum: the supply's {supply:g} Hz and {len(lines) - 1} of its multiples carry {share:.0%} of the signal "
-        f"of {lines[0].channel}; seen on {names}. It is electrical, in the measuring chain: magnetic pull of a motor "
+        f"of {loudest}; seen on {names}. It is electrical, in the measuring chain: magnetic pull of a motor "
         f"would show at {2 * supply:g} Hz above all."
     )
     return [Finding("sensor_fault", probability, summary, lines, _CHECK, ("electrical",))]
