@@ -33,6 +33,7 @@ _OTHER_SUPPORT = 0.2  # share of looseness in risen mesh lines where directions 
 _ANOTHER_PATH_DB = 6.0  # as for the noise floor in ``compare.path_changed``
 _TELLING_SIDEBAND = 2.5e-3  # of the mesh line: smaller ones tell of a fault less than half (a judgement)
 _RISEN_ALIKE = 0.35  # share of tooth and run-out faults where the mesh rose as much as its sidebands
+_TELLING_HARMONIC = 0.02  # of the highest mesh harmonic: half as telling (a judgement)
 _SHARE_OF_WHIRL = 0.5  # of modulation once a turn, where the shaft whirls more than before
 _RIVALS = {
     # Once a turn the centre distance changes, whether the gear runs out or its shaft whirls.
@@ -166,10 +167,11 @@ def _judge_growth(now: Observation, baseline: Observation, gear: GearPair, curre
         if not grown:
             continue
         best = max(grown, key=lambda one: max(one.first, one.wide) + 0.5 * one.mesh)
-        loudest = max(grown, key=lambda one: one.mesh)
+        loudest = max(grown, key=lambda one: _posterior(one.mesh) * _mesh_telling(one, now_is))
         # Largest of several families: each figure joins a few lines, so it scatters about half as much as one line.
         price = 0.35 * REPEATABILITY_DB * float(np.sqrt(2 * np.log(len(grown))))
         first, wide, mesh = (_posterior(value - price) for value in (best.first, best.wide, loudest.mesh))
+        mesh *= _mesh_telling(loudest, now_is)
         mine = [one for one in current if one.wheel == name]
         local = local_event(now, baseline, mine, [one for one in before if one.wheel == name])
         loose = _OTHER_SUPPORT if path_changed(now, baseline) else _other_support(grown)
@@ -195,6 +197,13 @@ def _judge_growth(now: Observation, baseline: Observation, gear: GearPair, curre
             _finding(now, baseline, loudest, "looseness", worn * loose, summary),
         ]
     return _best_of_each(findings)
+
+
+def _mesh_telling(one: Growth, mesh_now: dict[tuple[int, int], float]) -> float:
+    """Return how much the rise of a mesh harmonic tells, 0 to 1, from its size beside the highest on its channel."""
+    highest = max(height for (_, channel), height in mesh_now.items() if channel == one.family.channel)
+    share = one.family.found.carrier.amplitude / max(highest, 1e-300)
+    return share / (share + _TELLING_HARMONIC)
 
 
 def _whirl(now: Observation, baseline: Observation, ratio: float) -> float:
