@@ -50,7 +50,7 @@ def _shared(now: Observation, probability: float, summary: str, lines: tuple[Lin
 
 def _upright(now: Observation, lines: tuple[Line, ...]) -> bool | None:
     """Return whether the lines are at least twice as high vertically as horizontally, or the other way; else None."""
-    power = dict.fromkeys(("horizontal", "vertical"), 0.0)
+    power: dict[str, float] = {"horizontal": 0.0, "vertical": 0.0}
     for line in lines:
         one = {name: [0.0] for name in power}
         for channel, about in enumerate(now.recording.channels):
