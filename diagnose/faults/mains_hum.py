@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..observe import Observation
+from ..order_lines import near_a_bearing
 from ..result import Finding, Line
 
 _SUPPLIES_HZ = (50.0, 60.0)
@@ -17,6 +18,7 @@ _EXACT = 2e-3  # a public supply keeps its frequency to 0.2 Hz
 _EVEN_SHARE = 0.1  # of the signal's power, at which hum is as likely as not worth a finding
 _LONE = 0.4  # without a multiple it may be another machine's line
 _MOST, _LEAST_PROBABILITY = 0.95, 0.02
+_PLACE = 0.25  # bins to which the place of a line is known
 _APART = 2.5  # bins between the supply and the nearest multiple of half a shaft order
 _CHECK = (
     "Stop the machine: hum stays. Unplug the sensor at its end of the cable: hum that stays comes from the cable. "
@@ -50,14 +52,19 @@ def judge(now: Observation, baseline: Observation | None) -> list[Finding]:
 
 
 def _supplies(now: Observation) -> list[float]:
-    """Return the supply frequencies that are no order or half order of a known shaft in this record."""
+    """Return the supply frequencies that are no order, half order or bearing rhythm of the machine in this record."""
     gears = now.recording.nameplate.gears
     ratios = {1.0, *(ratio for gear in gears for ratio in (gear.driver_ratio, gear.driven_ratio) if ratio is not None)}
     steps = [0.5 * ratio * now.speed_hz for ratio in ratios]
     declared = now.recording.nameplate.line_frequency_hz
     known = _SUPPLIES_HZ if declared is None else (declared,)
     apart = _APART * now.spectrum.resolution_hz
-    return [one for one in known if all(abs(one - max(round(one / step), 1) * step) > apart for step in steps)]
+    return [
+        one
+        for one in known
+        if all(abs(one - max(round(one / step), 1) * step) > apart for step in steps)
+        and not near_a_bearing(now, one / now.speed_hz)
+    ]
 
 
 def _hum(now: Observation, channel: int, supply_hz: float) -> tuple[float, float, tuple[Line, ...]] | None:
@@ -74,6 +81,13 @@ def _hum(now: Observation, channel: int, supply_hz: float) -> tuple[float, float
     if not now.is_significant(lines[0]) or lines[1].amplitude > lines[0].amplitude:
         return None
     kept = tuple(line for line in lines if now.is_significant(line))
+    place = _PLACE * now.spectrum.resolution_hz
+    if any(
+        abs(one.frequency_hz - times * supply_hz) > place + _EXACT * one.frequency_hz
+        for times, one in enumerate(lines, start=1)
+        if one in kept
+    ):
+        return None
     power = float(np.mean(now.recording.signals[channel] ** 2))
     share = min(sum(line.amplitude**2 for line in kept) / max(2.0 * power, 1e-300), 1.0)
     return share, supply_hz, kept

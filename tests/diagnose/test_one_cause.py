@@ -178,6 +178,14 @@ def test_pull_at_twice_the_supply_and_orders_of_the_shaft_are_no_hum(make: Make)
     assert stated(analyse_recording(at_2x), "sensor_fault") == 0.0
 
 
+def test_a_bearing_rhythm_beside_the_supply_is_no_hum(make: Make) -> None:
+    """BSF of a 6205 at 49.93 Hz, with its double: a sound bearing's lines, that happen to lie there."""
+    spin = find_bearing("6205").defect_orders().ball_spin
+    lines = {**HEALTHY, spin: 3.0, 2 * spin: 0.9}
+    shaft = {"speed_hz": 49.93 / spin, "hint_rpm": 60 * 49.93 / spin}
+    assert stated(analyse_recording(make(lines=lines, **shaft)), "sensor_fault") == 0.0
+
+
 def test_a_probe_on_a_turning_part_has_no_zone_of_a_housing(make: Make) -> None:
     recording = make(lines={1: 3e-2}, quantity="velocity", noise_rms=1e-4)
     on_pinion = replace(recording, channels=tuple(replace(one, location="pinion") for one in recording.channels))
