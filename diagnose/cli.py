@@ -144,6 +144,11 @@ def main() -> None:
         # typer and rich answer a broken pipe with 1, which is our code for a bug.
         if isinstance(leaving.__context__, BrokenPipeError):
             _leave(0)
+        try:
+            # What is still to be written would fail when Python ends, where nothing can answer it.
+            sys.stdout.flush()
+        except BrokenPipeError:
+            _leave(leaving.code if isinstance(leaving.code, int) else 0)
         raise
     except RotorwiseError as problem:
         typer.echo(f"rotorwise: {problem}", err=True)

@@ -26,7 +26,7 @@ from .transfer_error import TransferError, none_of
 LAW_TOLERANCE, LAW_TOLERANCE_OF_SIZES = 0.15, 0.5
 #: Of the real and the imaginary part of the strongest order: a law is right to 10 %.
 STRENGTH_TOLERANCE = 0.1 / math.sqrt(2)
-PROBE_TOLERANCE, PROBE_TOLERANCE_OF_SIZES = 0.01, 0.3
+PROBE_TOLERANCE, PROBE_TOLERANCE_OF_SIZES = 0.02, 0.3
 THRICE = 3.0
 
 

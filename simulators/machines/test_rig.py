@@ -297,11 +297,11 @@ _ADI_VALUES = {
     "bearing_pitch_diameter_m": _ER_12K.pitch_diameter_m,
     "mount_stiffness_n_m": 2.7e3,
     # Calibrated on radial 1X at 1200 and 2400 rpm, taken as 20 mV/g, sensor on housing B (tests/measured/rig_table.py);
-    # intervals of about 95 %: 0.29 to 0.55 m, -0.06 to 0.20 m, 4.2e-5 to 1.1e-4 kg.m. At 80 mV/g the unbalance is a
+    # intervals of about 95 %: 0.28 to 0.53 m, -0.06 to 0.19 m, 4.0e-5 to 1.1e-4 kg.m. At 80 mV/g the unbalance is a
     # quarter, with the sensor on housing A 1.2e-4.
-    "base_width_m": 0.40,
-    "base_centre_m": 0.074,
-    "residual_unbalance_kg_m": 6.8e-5,
+    "base_width_m": 0.39,
+    "base_centre_m": 0.064,
+    "residual_unbalance_kg_m": 7.0e-5,
 }
 
 DEFINITION = MachineDefinition(
