@@ -301,7 +301,7 @@ _ADI_VALUES = {
     # quarter, with the sensor on housing A 1.2e-4.
     "base_width_m": 0.39,
     "base_centre_m": 0.064,
-    "residual_unbalance_kg_m": 7.0e-5,
+    "residual_unbalance_kg_m": 6.6e-5,
 }
 
 DEFINITION = MachineDefinition(
