@@ -20,10 +20,11 @@ def folded(frequency_hz, leak):
 
 
 @pytest.mark.parametrize("frequency_hz", [1500, 2000, 2100, 3000, 5000, 7777])
-def test_line_folds_back(frequency_hz):
+def test_line_folds_back(frequency_hz, figure):
     place = abs(frequency_hz - LOW * round(frequency_hz / LOW))
     made = folded(frequency_hz, 0.4)
     assert abs(amplitude(made, place, LOW)) == pytest.approx(0.4, rel=1e-3)
+    figure("Folded line against the share that leaks", abs(amplitude(made, place, LOW)), 0.4)
     others = np.abs(np.fft.rfft(made)) * 2 / made.size
     others[int(place * 4)] = 0
     assert others.max() < 0.01

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rotorwise.simulators.effects.asymmetric_shaft import AsymmetricShaft
 from rotorwise.simulators.effects.gravity import Gravity
@@ -21,13 +21,13 @@ def effect(asymmetry, angle=0.0):
     return AsymmetricShaft(asymmetry=asymmetry, angle_rad=angle, position=0.5)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     ratio=st.floats(0.02, 0.9).filter(lambda r: abs(r - 0.5) > 0.03),
     asymmetry=st.floats(0.001, 0.3),
     angle=st.floats(-3, 3),
 )
-def test_weight_response(ratio, asymmetry, angle):
+def test_weight_response(figure, ratio, asymmetry, angle):
     # z'' + w0^2 z - delta w0^2 exp(2 i (phi + angle)) z* = -i g has z = A + B exp(2 i phi).
     machine = jeffcott(gravity_m_s2=GRAVITY).with_effects(effect(asymmetry, angle))
     reduced = 1 - 4 * ratio**2
@@ -35,6 +35,7 @@ def test_weight_response(ratio, asymmetry, angle):
     double = asymmetry * np.exp(2j * angle) * np.conj(mean) / reduced
     motion = harmonic_balance(machine, speed_rpm=ratio * CRITICAL_RPM, harmonics=4)
     assert orbit(motion, 2.0)[0] == pytest.approx(double, rel=1e-7)
+    figure("2X from the weight of an asymmetric rotor against closed form", orbit(motion, 2.0)[0], double)
     assert orbit(motion, 2.0)[1] == pytest.approx(0, abs=1e-9 * abs(double))
     assert motion.amplitude("x", 0) + 1j * motion.amplitude("y", 0) == pytest.approx(mean, rel=1e-7)
 

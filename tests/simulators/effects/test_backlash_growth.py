@@ -24,7 +24,7 @@ def test_small_growth_makes_twice_its_sine_of_backlash():
     assert apart(0.0).backlash_growth_m == 0.0
 
 
-def test_backlash_from_the_thickness_of_the_teeth_on_the_working_circles():
+def test_backlash_from_the_thickness_of_the_teeth_on_the_working_circles(figure):
     """Independent: space less tooth on the working pitch circles, measured as arcs, times cos alpha'."""
     pair = apart(3e-4)
     angle = pair.working_angle_rad
@@ -35,6 +35,8 @@ def test_backlash_from_the_thickness_of_the_teeth_on_the_working_circles():
         arcs.append(2 * radius * (gear.base_half_angle_rad - involute))
     pitch = 2 * math.pi * pair.pinion.base_radius_m / math.cos(angle) / pair.pinion.teeth
     assert pair.backlash_growth_m == pytest.approx((pitch - sum(arcs)) * math.cos(angle), rel=1e-9)
+    expected = (pitch - sum(arcs)) * math.cos(angle)
+    figure("Backlash against space less tooth on the working circles", pair.backlash_growth_m, expected)
 
 
 def test_contact_ratio_falls_as_the_textbook_formula_says():

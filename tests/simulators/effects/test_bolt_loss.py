@@ -36,7 +36,7 @@ def test_eq_18_put_right():
 
 
 @pytest.mark.parametrize("loss", [0.2, 0.6, 1.0])
-def test_load_makes_1x_in_proportion_on_an_aligned_flange(loss):
+def test_load_makes_1x_in_proportion_on_an_aligned_flange(loss, figure):
     # Statics: what is left of the bolts holds the torque, and one without its opposite's share pushes with
     # loss T / (sum of shares r): a weakened bolt in proportion to what it lacks.
     lost = ALIGNED.with_effects(BoltLoss(loss=loss))
@@ -49,6 +49,7 @@ def test_load_makes_1x_in_proportion_on_an_aligned_flange(loss):
     coupling = (4 - loss) * values["bolt_stiffness_n_m"]
     expected = push * k1 / (k1 * k2 + coupling * (k1 + k2))
     assert one == pytest.approx(expected, rel=0.03)
+    figure("1X of a loaded flange with a lost bolt against closed form", one, expected)
 
 
 def test_without_load_and_offset_a_lost_bolt_is_silent():

@@ -76,7 +76,7 @@ def test_the_hinge_is_exact(position):
         assert yields[1] - yields[0] == pytest.approx(kink * carried**2, rel=1e-6)
 
 
-def test_slow_rotation_is_a_row_of_static_sags():
+def test_slow_rotation_is_a_row_of_static_sags(figure):
     angle, depth = 0.7, 0.4
     machine = jeffcott(gravity_m_s2=GRAVITY).with_effects(crack(depth, angle))
     shaft = machine.bare_assembly().components["shaft"]
@@ -96,6 +96,7 @@ def test_slow_rotation_is_a_row_of_static_sags():
         expected.append(np.linalg.solve(stiffness, [0.0, -MASS * GRAVITY]))
     found = harmonic_balance(machine, speed_rpm=1e-3 * CRITICAL_RPM, harmonics=16).waveform(phases)
     assert np.abs(found.T - np.array(expected)).max() < 1e-5 * MASS * GRAVITY / STIFFNESS
+    figure("Sag over a turn, the crack breathing, against statics", found.T, expected)
     sound = MASS * GRAVITY / STIFFNESS
     # The sag is largest with the crack below, and that of the sound shaft with it above.
     assert found[1].min() < -1.02 * sound

@@ -33,7 +33,7 @@ def test_even_balls_make_no_line():
     assert np.ptp(force(0.0, phase), axis=1) == pytest.approx(0, abs=1e-9 * np.abs(force(0.0, phase)).max())
 
 
-def test_small_shifts_act_in_proportion_and_as_a_turned_ball():
+def test_small_shifts_act_in_proportion_and_as_a_turned_ball(figure):
     """K [a(theta) n(theta) - a(theta - e) n(theta - e)] with e = 2 s / D, for a ball far inside the load zone."""
     phase = cage_turns(1, 512)
     sound = force(0.0, phase)
@@ -52,6 +52,7 @@ def test_small_shifts_act_in_proportion_and_as_a_turned_ball():
     expected = ball(angle - shift) - ball(angle)
     # The rounding of the contact adds eps^2 / (4 a^2).
     assert two[:, at] == pytest.approx(expected, rel=2e-3, abs=1e-3 * np.abs(expected).max())
+    figure("Force of a ball out of its place against closed form", two[:, at], expected)
 
 
 def test_signature_is_below_half_the_shaft_speed_first():

@@ -34,7 +34,7 @@ def test_the_shaft_yields_by_the_growth_and_pulses_more():
     assert np.ptp(two) > 2 * np.ptp(one)
 
 
-def test_with_large_clearance_one_or_two_balls_carry_and_statics_is_closed():
+def test_with_large_clearance_one_or_two_balls_carry_and_statics_is_closed(figure):
     """Load half-way between two balls: the shaft yields by (c + (W / (2 K cos b))^(2/3)) / cos b, b = pi / Z."""
     part = part_of("gearbox", ClearanceGrowth(growth_m=1e-4), "bearing 1")
     half = np.pi / part.geometry.balls
@@ -44,6 +44,7 @@ def test_with_large_clearance_one_or_two_balls_carry_and_statics_is_closed():
     approach = (LOAD_N / (2 * part.contact_stiffness * np.cos(half))) ** (2 / 3)
     expected = (part.clearance_m + approach) / np.cos(half)
     assert push_under_load(part, [phase])[0] == pytest.approx(expected, rel=1e-6)
+    figure("Shift of the shaft under load against Hertz", push_under_load(part, [phase])[0], expected)
 
 
 def test_growths_add_and_senseless_ones_are_refused():

@@ -10,7 +10,7 @@ from .sensor_records import record, run, seconds
 
 @pytest.mark.parametrize("ppm", [-5000.0, 200.0, 10000.0])
 @pytest.mark.parametrize("frequency_hz", [50.0, 700.0])
-def test_frequency_shift(ppm, frequency_hz):
+def test_frequency_shift(ppm, frequency_hz, figure):
     time = seconds(4)
     given = record(np.cos(2 * np.pi * frequency_hz * time))
     made = run(ClockError(rate_error_ppm=ppm, jitter_s=0.0), given).signals[0]
@@ -18,6 +18,7 @@ def test_frequency_shift(ppm, frequency_hz):
     turned = np.unwrap(np.angle(analytic(made)[inside]))
     slope = np.polyfit(time[inside], turned, 1)[0] / (2 * np.pi)
     assert (slope / frequency_hz - 1) * 1e6 == pytest.approx(ppm, abs=3.0)
+    figure("Shift of a line against the error of the clock", (slope / frequency_hz - 1) * 1e6, ppm, off="ppm")
 
 
 def analytic(signal):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rotorwise.simulators.assembly import MissingPartError
 from rotorwise.simulators.effects import CouplingMisalignment, CouplingStiffnessHarmonics
@@ -46,9 +46,9 @@ def test_y_harmonics_leave_x_alone_but_for_the_gyroscopic_coupling():
     assert np.abs(motion[::2, 3]).max() > 0
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.floats(-3, 3))
-def test_turning_the_coupling_is_turning_everything_else_back(angle):
+def test_turning_the_coupling_is_turning_everything_else_back(figure, angle):
     """Counting the shaft angle from the coupling's mark instead turns unbalance and misalignment by -angle."""
     harmonics = NONE.with_values(x_1=0.2, y_2=0.1, angle_x_1=0.3)
     offset = CouplingMisalignment(offset_m=1e-4, angle_rad=0.0)
@@ -58,6 +58,8 @@ def test_turning_the_coupling_is_turning_everything_else_back(angle):
     )
     orders = np.arange(turned.shape[1])
     np.testing.assert_allclose(turned, from_mark * np.exp(-1j * orders * angle), atol=1e-10 * np.abs(turned).max())
+    expected = from_mark * np.exp(-1j * orders * angle)
+    figure("All orders, coupling turned, against all else turned back", turned, expected)
 
 
 def test_cross_terms_with_misalignment_arise_without_either_knowing_the_other():

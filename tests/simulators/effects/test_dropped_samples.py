@@ -13,11 +13,12 @@ COUNTING = np.arange(8192.0)
 
 @pytest.mark.parametrize("share", [0.02, 0.1, 0.5])
 @pytest.mark.parametrize("gap_s", [0.001, 0.01])
-def test_share_of_time_lost(share, gap_s):
+def test_share_of_time_lost(share, gap_s, figure):
     held = run(DroppedSamples(share=share, gap_s=gap_s), record(COUNTING)).signals[0]
     # The last stretch may be cut short by the end of the record.
     stretch = gap_s / share * 4096 / COUNTING.size
     assert np.mean(held != COUNTING) == pytest.approx(share, abs=share * stretch + 1e-3)
+    figure("Share of time lost against the share asked for", np.mean(held != COUNTING), share)
 
 
 @settings(max_examples=25, deadline=None)

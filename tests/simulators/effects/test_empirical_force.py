@@ -46,7 +46,7 @@ def test_the_law_is_a_power_of_speed_and_load(power, speed_rpm):
     assert values(force, speed_rpm=speed_rpm, phase_rad=phase)[0] == pytest.approx(expected, rel=1e-12, abs=1e-12)
 
 
-def test_x_and_y_a_quarter_period_apart_are_an_unbalance():
+def test_x_and_y_a_quarter_period_apart_are_an_unbalance(figure):
     moment, angle, reference = 8e-3, 0.8, 1000.0
     size = moment * (2 * math.pi * reference / 60) ** 2
     law = {"force_n": size, "speed_exponent": 2.0, "reference_speed_rpm": reference, "at": "rotor_2"}
@@ -60,6 +60,7 @@ def test_x_and_y_a_quarter_period_apart_are_an_unbalance():
             RIGID.with_effects(Unbalance(at="rotor_2", moment_kg_m=moment, angle_rad=angle)), speed_rpm=rpm
         ).amplitudes
         assert one == pytest.approx(two, rel=1e-9, abs=1e-9 * np.abs(two).max())
+        figure("Forces in x and y that grow as speed^2, against unbalance", one, two)
 
 
 def test_thrust_and_torque_act_where_the_place_moves_so():

@@ -47,7 +47,7 @@ def held(mesh, phase_rad, push_m):
 
 
 @pytest.mark.parametrize("at", ["pinion", "wheel"])
-def test_first_order_sidebands_of_a_held_mesh(at):
+def test_first_order_sidebands_of_a_held_mesh(at, figure):
     """F = - k(phi) e: at mesh +- n half the product of the run-out and the first harmonic of the stiffness.
 
     Over 81 turns of the pinion every line falls on a bin.
@@ -67,6 +67,7 @@ def test_first_order_sidebands_of_a_held_mesh(at):
         centre = k * PINION_TEETH * turns
         for side in (centre - own, centre + own):
             assert found[side] == pytest.approx(RUN_OUT * abs(size) / 2, rel=5e-3)
+            figure("Sidebands of a held mesh against closed form", found[side], RUN_OUT * abs(size) / 2)
         # The mesh line itself does not change, nor do the other gear's sidebands.
         other = turns + PINION_TEETH - own
         assert max(found[centre], found[centre + other], found[centre - other]) < 1e-3 * RUN_OUT * abs(harmonic[0])

@@ -31,7 +31,7 @@ def test_finite_element_shaft_weighs_what_its_mass_says():
     assert total == pytest.approx(-9.81 * mass, rel=1e-12)
 
 
-def test_sag_is_the_static_solution():
+def test_sag_is_the_static_solution(figure):
     motion = harmonic_balance(ALIGNED.with_effects(Gravity()), speed_rpm=600)
     values, coupling = MACHINE.values, 4 * MACHINE.values["bolt_stiffness_n_m"]
     stiffness = np.array(
@@ -43,6 +43,8 @@ def test_sag_is_the_static_solution():
     sag = np.linalg.solve(stiffness, [-9810.0, -981.0])
     assert motion.amplitude("rotor_1.y", 0.0) == pytest.approx(sag[0], rel=1e-9)
     assert motion.amplitude("rotor_2.y", 0.0) == pytest.approx(sag[1], rel=1e-9)
+    found = [motion.amplitude(f"rotor_{i}.y", 0.0) for i in (1, 2)]
+    figure("Sag of two coupled rotors against statics", found, sag)
     assert np.abs(motion.amplitudes[:, 1:]).max() < 1e-15
 
 

@@ -21,13 +21,15 @@ def transfer(effect, frequency_hz):
 
 
 @pytest.mark.parametrize("frequency_hz", [20.0, 30.5, 45.0])
-def test_the_sensor_sees_the_oscillator_on_its_base(frequency_hz):
+def test_the_sensor_sees_the_oscillator_on_its_base(frequency_hz, figure):
     """A part so light that the housing does not feel it; probes sit on the cap, the part on the housing's body."""
     effect = HousingResonance(mass_kg=1e-9, participation=0.8, frequency_hz=frequency_hz, damping_ratio=0.05)
     plain, changed = (harmonic_balance(m, speed_rpm=SPEED_RPM) for m in (RIG, RIG.with_effects(effect)))
     before, after = (motion.amplitude("housing_a_y", 1.0) for motion in (plain, changed))
     # Body and cap move together at 30 Hz, to (30 / 4200)^2.
     assert after / before == pytest.approx(transfer(effect, SPEED_RPM / 60), rel=1e-3)
+    expected = transfer(effect, SPEED_RPM / 60)
+    figure("Motion of the sensor against an oscillator on its base", after / before, expected)
     for probe in ("housing_a_x", "housing_b_y", "housing_a_axial"):
         assert changed.amplitude(probe, 1.0) == pytest.approx(plain.amplitude(probe, 1.0), rel=1e-4)
 

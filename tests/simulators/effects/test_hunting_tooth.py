@@ -21,12 +21,13 @@ def heights(effect):
     return error(mesh_of(), pitches) - error(mesh_of(effect), pitches)
 
 
-def test_the_teeth_meet_once_in_a_hunting_period():
+def test_the_teeth_meet_once_in_a_hunting_period(figure):
     found = heights(HuntingTooth(error_m=1e-5, alone=0.0, meeting=0.37))
     peaks = np.flatnonzero(found > 1e-9)
     # Of two neighbouring pairs at most one is in the middle of its contact.
     assert peaks.tolist() == [math.floor(0.37 * PERIOD)]
     assert found[peaks] == pytest.approx(1e-5, rel=1e-9)
+    figure(f"Height of the knock, {peaks.size} in {PERIOD} tooth engagements", found[peaks], 1e-5)
 
 
 def test_alone_each_makes_its_share_once_a_turn_of_its_gear():

@@ -17,13 +17,14 @@ TORQUE = LoadFluctuation(torque_n_m=1.0, radial_n=0.0, frequency_hz=5.0, phase_r
 
 
 @pytest.mark.parametrize("speed_rpm", [300, 600])
-def test_twist_of_a_single_inertia_has_its_closed_form(speed_rpm):
+def test_twist_of_a_single_inertia_has_its_closed_form(speed_rpm, figure):
     # Rotor 1 immovable: T / (K r^2 - I w^2 + i w c) at the process's frequency, whatever the speed.
     motion = harmonic_balance(ALIGNED.with_effects(TORQUE), speed_rpm=speed_rpm, revolutions=2)
     values, omega = ALIGNED.values, 2 * math.pi * 5
     dynamic = 4 * values["bolt_stiffness_n_m"] * 0.09 - 9.0 * omega**2 + 1j * omega * 2 * 0.001 * 9 * 40 * math.pi
     found = motion.amplitude("twist", 5 * 60 / speed_rpm)
     assert found == pytest.approx(np.exp(0.7j) / dynamic, rel=2e-3)
+    figure("Twist at the frequency of the process against closed form", found, np.exp(0.7j) / dynamic)
 
 
 def test_side_load_on_a_machine_without_torsion():

@@ -37,7 +37,7 @@ def test_rounded_ramp_is_twice_differentiable_and_exact_outside():
 
 @pytest.mark.parametrize("loss", [0.3, 0.75, 0.95])
 @pytest.mark.parametrize("start_m", [1e-3, 5e-3])
-def test_bouncing_frequency_does_not_depend_on_the_amplitude(loss, start_m):
+def test_bouncing_frequency_does_not_depend_on_the_amplitude(loss, start_m, figure):
     machine = footed().with_effects(loose(loss))
     profile = steady(speed_rpm=60)
     run = Stepper(LaneGroup([machine], [profile], [machine.system(speed_rpm=profile)]), step_s=1e-4, start_s=0.0)
@@ -51,6 +51,8 @@ def test_bouncing_frequency_does_not_depend_on_the_amplitude(loss, start_m):
     soft = np.sqrt(1 - loss)
     # The rounded corner (1 N of 800 N or more) shifts it by less than a thousandth.
     assert 2 * np.pi / period == pytest.approx(2 * CRITICAL * soft / (1 + soft), rel=1e-3)
+    expected = 2 * CRITICAL * soft / (1 + soft)
+    figure("Frequency of a lifting foot against the bilinear oscillator", 2 * np.pi / period, expected)
     # Half a wave against k, the other half against (1 - loss) k: the swing upward is longer by 1 / sqrt(1 - loss).
     assert y.max() / -y.min() == pytest.approx(1 / soft, rel=0.01)
 

@@ -11,7 +11,7 @@ NOISE = np.random.default_rng(0).normal(size=seconds().size)
 
 
 @pytest.mark.parametrize("supply_hz", [50.0, 60.0])
-def test_lines(supply_hz):
+def test_lines(supply_hz, figure):
     made = MainsHum(amplitude=0.1, supply_hz=supply_hz, second=0.5, third=0.25, angle_rad=0.4)
     given = record(NOISE, 3 * NOISE)
     added = run(made, given).signals - given.signals
@@ -19,6 +19,7 @@ def test_lines(supply_hz):
         for n, share in ((1, 1.0), (2, 0.5), (3, 0.25)):
             expected = 0.1 * share * given.full_scale[i] * np.exp(0.4j * n)
             assert amplitude(added[i], n * supply_hz) == pytest.approx(expected, rel=1e-9)
+            figure("Lines at the supply's 1st to 3rd harmonic", amplitude(added[i], n * supply_hz), expected)
         others = np.delete(np.abs(np.fft.rfft(added[i])), [int(n * supply_hz) for n in (1, 2, 3)])
         assert others.max() < 1e-9 * given.full_scale[i] * added.shape[1]
 

@@ -21,7 +21,7 @@ def test_the_error_is_the_sum_of_the_three():
 
 
 @pytest.mark.parametrize("load", [20.0, 60.0])
-def test_slow_gears_follow_the_error_whatever_the_load(load):
+def test_slow_gears_follow_the_error_whatever_the_load(load, figure):
     """Far below any resonance the approach follows the error one to one."""
     machine = BOX.with_parameters(load_torque_n_m=load)
     effect = MeshErrorHarmonics(first_m=2e-6, second_m=0.0, third_m=0.0, first_angle_rad=0.4)
@@ -31,6 +31,8 @@ def test_slow_gears_follow_the_error_whatever_the_load(load):
     )
     phase = 23 * np.pi * np.arange(base.size) / 4000.0
     assert changed - base == pytest.approx(2e-6 * np.sin(phase + 0.4), abs=6e-8)
+    expected = 2e-6 * np.sin(phase + 0.4)
+    figure("Transmission error of slow gears against the teeth's error", changed - base, expected)
 
 
 def test_signature_names_what_is_there():

@@ -31,7 +31,7 @@ def whirl(machine, speed_rpm, *, duration_s=4.0, settle_s=4.0, **options):
 
 
 @pytest.mark.parametrize("factor", [1.2, 2.0])
-def test_limit_cycle_on_a_stiff_shaft(factor):
+def test_limit_cycle_on_a_stiff_shaft(factor, figure):
     # Far below the critical speed the shaft yields by m w^2 / k: it stands still within a percent.
     speed = factor * ONSET
     assert SHARE * speed < 0.25 * CRITICAL_RPM
@@ -42,6 +42,7 @@ def test_limit_cycle_on_a_stiff_shaft(factor):
     radius = 1e-4 * (factor**2 - 1) ** 0.25
     pushed = 0.2 * omega**2 * radius / (STIFFNESS - MASS * omega**2)
     assert size == pytest.approx(pushed, rel=0.03)
+    figure("Orbit of the shaft in oil whirl against closed form", size, pushed)
 
 
 def test_no_whirl_below_the_onset_speed():

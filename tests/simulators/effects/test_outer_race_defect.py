@@ -65,12 +65,13 @@ def test_a_ball_of_a_linear_bearing_loses_its_share_of_the_spring(angle, push):
 
 @kinds
 @pytest.mark.parametrize("slip", [0.0, 0.02])
-def test_it_repeats_at_the_ball_pass_order_and_nowhere_else(machine, at, slip):
+def test_it_repeats_at_the_ball_pass_order_and_nowhere_else(machine, at, slip, figure):
     part = part_of(machine, OuterRaceDefect(at=at, slip=slip, slip_wander=0.0), at)
     order = part.geometry.balls * part.geometry.defect_orders().cage * (1 - slip)
     angles = np.linspace(0, 2 * np.pi, 300, endpoint=False)
     one, later = (force_over_turns(part, angles + k * 2 * np.pi / order, push_m=1e-5) for k in (0, 7))
     assert later == pytest.approx(one, abs=1e-6 * np.abs(one).max())
+    figure("Force of the passing balls repeats at Z times the cage's order", later, one)
     half = force_over_turns(part, angles + np.pi / order, push_m=1e-5)
     assert np.abs(half - one).max() > 0.1 * np.abs(one).max()
 

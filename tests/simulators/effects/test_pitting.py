@@ -14,11 +14,13 @@ from .test_tooth_crack import mesh_of, stiffness
 PAIR = tooth_pair()
 
 
-def test_half_of_the_width_doubles_the_contacts_compliance_in_the_middle():
+def test_half_of_the_width_doubles_the_contacts_compliance_in_the_middle(figure):
     middle = PAIR.contact_ratio / 2
     assert PAIR.contact_ratio - 1 < middle < 1
     pitted = 1 / stiffness(mesh_of(Pitting(share=0.5, teeth=1)), middle)[0]
     assert pitted - 1 / PAIR.pair_stiffness_n_m(middle) == pytest.approx(PAIR.contact_compliance_m_n, rel=1e-4)
+    added = pitted - 1 / PAIR.pair_stiffness_n_m(middle)
+    figure("Contact pitted over half its width against twice as soft", added, PAIR.contact_compliance_m_n)
 
 
 @pytest.mark.parametrize("teeth", [1, 3, 30])

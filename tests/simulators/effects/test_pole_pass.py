@@ -41,7 +41,7 @@ def test_pull_turns_with_the_shaft_and_swings_from_nothing_to_twice():
     assert np.abs(pull(effect, turns)).max() == pytest.approx(14.0, rel=1e-4)
 
 
-def test_sidebands_have_half_the_height_of_their_carrier():
+def test_sidebands_have_half_the_height_of_their_carrier(figure):
     # In forces; the record shows it as far as the machine's response is even over 0.1 order.
     effect = PolePass(force_n=1.0, slip=0.2, poles=2.0)
     turns = np.arange(4096) / 256
@@ -50,6 +50,7 @@ def test_sidebands_have_half_the_height_of_their_carrier():
     heights = [abs(spectrum[np.argmin(abs(orders - o))]) for o in (1.0, 1.5, 0.5)]
     assert effect.pole_pass_order == pytest.approx(0.5)
     assert heights == pytest.approx([1.0, 0.5, 0.5], rel=1e-9)
+    figure("1X and sidebands of half its height, in forces", heights, [1.0, 0.5, 0.5])
     assert [line.order for line in effect.signature(RIG)][:3] == pytest.approx([1.0, 1.5, 0.5])
 
 

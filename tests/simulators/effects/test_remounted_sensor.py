@@ -24,12 +24,14 @@ def test_rotation_keeps_the_length_of_the_vector(turn, tilt, gain):
     assert np.linalg.norm(turned, axis=0) == pytest.approx((1 + gain) * np.linalg.norm(XYZ, axis=0))
 
 
-def test_vertical_motion_seen_by_a_turned_sensor():
+def test_vertical_motion_seen_by_a_turned_sensor(figure):
     # A sensor turned by a from x to y reads vertical motion v as v sin a on its x axis and v cos a on its y axis.
     v = XYZ[0]
     made = RemountedSensor(gain_change=0.0, rotation_rad=0.3, tilt_rad=0.0)
     turned = run(made, record(0 * v, v)).signals
     assert turned == pytest.approx(np.stack([v * math.sin(0.3), v * math.cos(0.3)]))
+    expected = np.stack([v * math.sin(0.3), v * math.cos(0.3)])
+    figure("Both axes of a turned sensor against sine and cosine", turned, expected)
 
 
 def test_single_axis_sensor_keeps_the_cosine():

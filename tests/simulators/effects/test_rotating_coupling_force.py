@@ -22,11 +22,12 @@ def test_zero_strength_changes_nothing():
 
 
 @pytest.mark.parametrize("rpm", [600.0, 2580.0, 4000.0])
-def test_it_equals_an_unbalance_of_force_over_speed_squared(rpm):
+def test_it_equals_an_unbalance_of_force_over_speed_squared(rpm, figure):
     speed = rpm * 2 * math.pi / 60
     force = amplitudes(RotatingCouplingForce(force_n=8.0, angle_rad=0.4), rpm)
     unbalance = amplitudes(Unbalance(at="coupling_hub", moment_kg_m=8.0 / speed**2, angle_rad=0.4), rpm)
     np.testing.assert_allclose(force, unbalance, atol=1e-10 * np.abs(force).max())
+    figure("Response against that to an unbalance of force / speed^2", force, unbalance)
 
 
 def test_static_limit():

@@ -21,7 +21,7 @@ def centred(**values):
 
 @pytest.mark.parametrize("friction", [0.0, 0.15])
 @pytest.mark.parametrize("ratio", [0.8, 0.95, 1.05])
-def test_full_annular_rub(ratio, friction):
+def test_full_annular_rub(ratio, friction, figure):
     stiffness, eccentricity, zeta = 5e5, 1.5e-4, 0.1
     speed = ratio * CRITICAL
     machine = jeffcott(eccentricity_m=eccentricity, damping_ratio=zeta).with_effects(
@@ -40,6 +40,7 @@ def test_full_annular_rub(ratio, friction):
     assert abs(start) > 1.02 * CLEARANCE
     # Sliding at 1 m radius: the friction's fading (0.01 m/s of 300 m/s and more) is not felt.
     assert start == pytest.approx(parts[0] + 1j * parts[1], rel=1e-6)
+    figure("Orbit of a full annular rub against its force balance", start, parts[0] + 1j * parts[1])
 
 
 def test_without_contact_nothing_changes():

@@ -26,11 +26,12 @@ def test_pattern_does_not_change_with_speed():
     assert patterns[0] == pytest.approx(patterns[1], abs=3e-7)
 
 
-def test_harmonics_have_their_heights():
+def test_harmonics_have_their_heights(figure):
     phase, signals, _ = added(RunOut(run_out_m=1e-5, decay=0.6), 1500)
     for n in range(1, 9):
         line = 2 * np.mean(signals[0] * np.exp(-1j * n * phase))
         assert abs(line) == pytest.approx(1e-5 * 0.6 ** (n - 1), rel=1e-6)
+        figure("1X to 8X against the harmonics of the surface", abs(line), 1e-5 * 0.6 ** (n - 1))
 
 
 def test_second_probe_reads_the_pattern_a_quarter_turn_later():

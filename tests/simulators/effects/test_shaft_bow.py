@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rotorwise.simulators.effects.shaft_bow import ShaftBow
 from rotorwise.simulators.machine import find_machine
@@ -20,14 +20,14 @@ def forward(machine, speed_rpm):
     return orbit(harmonic_balance(machine, speed_rpm=speed_rpm, harmonics=2), 1.0)[0]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     ratio=st.floats(0.05, 3.0),
     bow=st.floats(1e-6, 1e-3),
     angle=st.floats(-3.1, 3.1),
     eccentricity=st.floats(0.0, 1e-4),
 )
-def test_nicholas_gunter_allaire(ratio, bow, angle, eccentricity):
+def test_nicholas_gunter_allaire(figure, ratio, bow, angle, eccentricity):
     zeta, speed = 0.03, ratio * CRITICAL
     machine = jeffcott(eccentricity_m=eccentricity, damping_ratio=zeta).with_effects(
         ShaftBow(bow_m=bow, angle_rad=angle, position=0.5)
@@ -35,6 +35,7 @@ def test_nicholas_gunter_allaire(ratio, bow, angle, eccentricity):
     force = STIFFNESS * bow * np.exp(1j * angle) + MASS * eccentricity * speed**2
     expected = force / (STIFFNESS - MASS * speed**2 + 2j * zeta * MASS * CRITICAL * speed)
     assert forward(machine, ratio * CRITICAL_RPM) == pytest.approx(expected, rel=1e-9)
+    figure("1X of bow and unbalance (Nicholas, Gunter, Allaire)", forward(machine, ratio * CRITICAL_RPM), expected)
 
 
 def test_a_bow_opposite_to_the_unbalance_cancels_it_at_one_speed():

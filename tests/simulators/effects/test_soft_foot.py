@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rotorwise.simulators.effects.soft_foot import SoftFoot
 from rotorwise.simulators.machine import find_machine
@@ -11,9 +11,9 @@ from rotorwise.simulators.solvers.harmonic_balance import harmonic_balance
 from .jeffcott import CRITICAL_RPM, MASS, STIFFNESS, footed
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(share=st.floats(0.1, 0.9), gap=st.floats(0.0, 1e-3), loss=st.floats(0.0, 0.9), ratio=st.floats(0.1, 0.6))
-def test_shift_and_1x(share, gap, loss, ratio):
+def test_shift_and_1x(figure, share, gap, loss, ratio):
     eccentricity = 1e-5
     machine = footed(eccentricity_m=eccentricity, foot_share=share, damping_ratio=0.02).with_effects(
         SoftFoot(gap_m=gap, loss=loss)
@@ -28,6 +28,8 @@ def test_shift_and_1x(share, gap, loss, ratio):
     # The heavy spot turns from x to y: y lags by a quarter.
     expected = -1j * push / (left - MASS * omega2 + lag)
     assert motion.amplitude("y", 1.0) == pytest.approx(expected, rel=1e-6)
+    found = [motion.amplitude("y", order) for order in (0.0, 1.0)]
+    figure("Static shift and 1X of a machine on a soft foot", found, [-gap * foot / left, expected])
     # Only the vertical direction changes, and no multiple appears.
     assert motion.amplitude("x", 1.0) == pytest.approx(push / (STIFFNESS - MASS * omega2 + lag), rel=1e-6)
     assert np.abs(motion.amplitudes[:, 2:]).max() < 1e-12

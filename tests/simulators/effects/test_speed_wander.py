@@ -17,17 +17,20 @@ def profile(effect, *, duration_s, speed_rpm=1800):
 
 
 @pytest.mark.parametrize("order", [1, 2, 5])
-def test_sidebands_are_bessel_functions(order):
+def test_sidebands_are_bessel_functions(order, figure):
     from scipy.special import jv
 
     time = np.arange(8 * 4096) / 4096
     wave = np.cos(order * profile(HUNTING, duration_s=8.0).phase_rad(time))
     index = order * 0.01 * 30 / 2.0
+    heights = []
     for k in (0, 1, 2):
         for side in (k, -k):
             line = 2 * np.mean(wave * np.exp(-2j * np.pi * (30 * order + 2 * side) * time))
             # The speed is piecewise linear: its first harmonic is 1 - pi^2 / (3 x 24^2) of the sine's.
             assert abs(line) == pytest.approx(abs(jv(k, index)), abs=0.006 * index + 1e-4)
+            heights.append((abs(line), abs(jv(k, index))))
+    figure("Carrier and sidebands against Bessel functions", *np.transpose(heights))
 
 
 def test_sidebands_of_unbalance_on_a_rotor():

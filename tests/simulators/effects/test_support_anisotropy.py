@@ -49,7 +49,7 @@ def test_orbit_turns_backward_in_part():
 
 
 @pytest.mark.parametrize(("ratio", "turns"), [(0.6, "forward"), (0.88, "backward"), (1.4, "forward")])
-def test_whirl_is_backward_between_the_two_critical_speeds(ratio, turns):
+def test_whirl_is_backward_between_the_two_critical_speeds(ratio, turns, figure):
     """Unbalance on one mass: x = F / (0.6 k - M w^2), y a quarter behind with k; of opposite signs in between."""
     machine = footed(eccentricity_m=1e-5).with_effects(SupportAnisotropy(fraction=-0.4))
     speed = ratio * CRITICAL
@@ -58,6 +58,8 @@ def test_whirl_is_backward_between_the_two_critical_speeds(ratio, turns):
     yields = [1 / (stiffness - MASS * speed**2) for stiffness in (0.6 * STIFFNESS, STIFFNESS)]
     assert ahead == pytest.approx(push * (yields[0] + yields[1]) / 2, rel=1e-9)
     assert abs(back) == pytest.approx(push * abs(yields[0] - yields[1]) / 2, rel=1e-9)
+    expected = [push * (yields[0] + yields[1]) / 2, push * abs(yields[0] - yields[1]) / 2]
+    figure("Forward and backward part of the orbit against closed form", [ahead, abs(back)], expected)
     assert (abs(back) > abs(ahead)) == (turns == "backward")
 
 

@@ -32,7 +32,7 @@ def stiffness(mesh, pitches, **options):
 
 
 @pytest.mark.parametrize("gear", [PAIR.pinion, PAIR.wheel])
-def test_crack_compliance_is_the_integral_over_the_tooth(gear):
+def test_crack_compliance_is_the_integral_over_the_tooth(gear, figure):
     """The same strain energy by adaptive quadrature over the height, section by section."""
     from scipy.integrate import quad
 
@@ -61,6 +61,7 @@ def test_crack_compliance_is_the_integral_over_the_tooth(gear):
     )[0]
     found = gear.crack_compliance_m_n(np.array(roll), depth=depth, crack_angle_rad=slant)
     assert float(found) == pytest.approx(whole, rel=1e-4)
+    figure("Compliance that a crack adds to a tooth, against beam theory", float(found), whole)
 
 
 def test_deeper_cracks_yield_more_and_none_yields_nothing():

@@ -19,13 +19,14 @@ def amplitude(machine, order, *, probe="rotor_2.y", speed_rpm=600):
 
 
 @pytest.mark.parametrize("order", [1.0, 2.0, 3.0])
-def test_twist_of_a_single_inertia_has_its_closed_form(order):
+def test_twist_of_a_single_inertia_has_its_closed_form(order, figure):
     # Aligned, rotor 1 immovable: T / |K r^2 - I w^2 + i w c|.
     machine = ALIGNED.with_effects(TorqueRipple(torque_n_m=1.0, order=order))
     values, omega = machine.values, order * 2 * math.pi * 10
     dynamic = 4 * values["bolt_stiffness_n_m"] * 0.09 - 9.0 * omega**2 + 1j * omega * 2 * 0.001 * 9 * 40 * math.pi
     # The sine of the twist softens the torsion by twist^2 / 8, which shows at resonance (order 2) only.
     assert amplitude(machine, order, probe="twist") == pytest.approx(1.0 / abs(dynamic), rel=2e-3)
+    figure("Twist by the ripple against closed form", amplitude(machine, order, probe="twist"), 1.0 / abs(dynamic))
     assert amplitude(machine, 1.0) < 1e-15
 
 

@@ -12,7 +12,7 @@ from rotorwise.simulators.solvers.harmonic_balance import harmonic_balance
 RIG = find_machine("test_rig")
 
 
-def test_torsion_has_its_closed_form():
+def test_torsion_has_its_closed_form(figure):
     # The driver alone turns when the flange is cut: T / (K - I w^2 + i w c).
     machine = find_machine("rigid_coupling").with_parameters(bolt_stiffness_n_m=1.0, torsional_damping_n_m_s_rad=0.0)
     values, omega = machine.values, 2 * math.pi * 100
@@ -28,6 +28,7 @@ def test_torsion_has_its_closed_form():
     )
     turn = system.row({"rotor_1.torsion": 1.0}) @ response[:, column]
     assert turn == pytest.approx(expected, rel=1e-4)
+    figure("Torsion at twice the supply's frequency against closed form", turn, expected)
 
 
 @pytest.mark.parametrize(("supply_hz", "speed_rpm", "order"), [(50.0, 3000, 2.0), (50.0, 1500, 4.0), (60.0, 1800, 4.0)])

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rotorwise.simulators.assembly import MissingPartError
 from rotorwise.simulators.effects.unbalance import Unbalance
@@ -44,9 +44,9 @@ def test_force_is_minus_the_mass_times_the_acceleration_of_its_centre():
     assert found == pytest.approx(expected, rel=1e-5)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.floats(0.1, 3.0), st.floats(-3, 3), st.floats(0.01, 0.2))
-def test_rotor_on_its_shaft(ratio, angle, zeta):
+def test_rotor_on_its_shaft(figure, ratio, angle, zeta):
     """z = m e w^2 exp(i psi) / (k - M w^2 + i w c): forward only, turned by 90 degrees at the critical speed."""
     speed = ratio * CRITICAL
     machine = jeffcott(damping_ratio=zeta).with_effects(Unbalance(moment_kg_m=1e-4, angle_rad=angle))
@@ -54,6 +54,11 @@ def test_rotor_on_its_shaft(ratio, angle, zeta):
     dynamic = STIFFNESS - MASS * speed**2 + 2j * zeta * MASS * CRITICAL * speed
     ahead, back = orbit(motion, 1.0)
     assert ahead == pytest.approx(1e-4 * speed**2 * np.exp(1j * angle) / dynamic, rel=1e-9)
+    figure(
+        "1X of an unbalanced rotor on its shaft against closed form",
+        ahead,
+        1e-4 * speed**2 * np.exp(1j * angle) / dynamic,
+    )
     assert abs(back) < 1e-9 * abs(ahead)
 
 

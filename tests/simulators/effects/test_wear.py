@@ -35,7 +35,7 @@ def test_wear_is_in_proportion_to_sliding():
     assert slope == pytest.approx([slope[0]] * 3)
 
 
-def test_harmonics_are_those_of_the_shared_profile():
+def test_harmonics_are_those_of_the_shared_profile(figure):
     """In single contact the error is the wear itself; many harmonics give it back between the jumps."""
     harmonics = wear_harmonics_m(PAIR, wear_m=1e-5, count=400)
     phase = np.array([PAIR.contact_ratio - 1 + 0.1, 0.93])
@@ -43,6 +43,7 @@ def test_harmonics_are_those_of_the_shared_profile():
     reach = max(PAIR.pitch_point_phase, PAIR.contact_ratio - PAIR.pitch_point_phase)
     wear = 1e-5 * np.abs(phase - PAIR.pitch_point_phase) / reach
     assert series[1] - series[0] == pytest.approx(wear[1] - wear[0], abs=2e-8)
+    figure("Rise of the mesh error along a worn flank against the wear", series[1] - series[0], wear[1] - wear[0])
 
 
 def test_the_mesh_repeats_with_every_tooth_and_the_error_is_linear_in_wear():
