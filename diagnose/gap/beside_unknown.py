@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,10 +17,8 @@ from .evidence import Comparison, Problem, law_columns
 from .hypotheses import Candidate
 from .refine import FIRST_STEPS, Fit, climbed, nothing, refined
 from .screen import Start
+from .screening import Screening, few_of_each
 from .unknown_force import LEAST_GAIN, Unknown
-
-if TYPE_CHECKING:
-    from .search import Screening
 
 #: Orders that are tried, those that stand out most, and effects followed at each.
 ORDERS, FOLLOWED = 3, 4
@@ -32,11 +29,10 @@ MISFIT, HOPELESS = 1e-3, 1e-30
 MUCH = 0.3
 
 Tell = Callable[[str], None]
-FewOfEach = Callable[[list[list[Start]]], list[list[Start]]]
 
 
 def beside_unknown(
-    problem: Problem, screening: Screening, unknown: Unknown, few_of_each: FewOfEach, *, tell: Tell = lambda _: None
+    problem: Problem, screening: Screening, unknown: Unknown, *, tell: Tell = lambda _: None
 ) -> list[Fit]:
     """Return the effects that make one of the unknown orders, what others need being unknown; the best first.
 
@@ -46,8 +42,6 @@ def beside_unknown(
     screening : Screening
     unknown : Unknown
         Of the lines without any effect.
-    few_of_each : callable
-        Thins out the parts and variants of each effect.
     """
     found: dict[Candidate, Fit] = {}
     if len(unknown.kernels) < 2:

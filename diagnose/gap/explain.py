@@ -26,7 +26,8 @@ from .predict import Predictor
 from .pulse_place import calibrated_with_pulse, turned
 from .result import GapResult
 from .screen import Atom, atoms_of
-from .search import Screening, search, telling_conditions
+from .screening import Screening, telling_conditions
+from .search import search
 from .shown_lines import may_show, standing_out
 from .transfer_error import TransferError, learnt, none_of
 from .unknown_force import force_kernels

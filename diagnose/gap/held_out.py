@@ -19,14 +19,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .baseline import again
-from .evidence import Problem, law_columns
+from .evidence import Problem
 from .gain import predicted_db
 from .judged import TOLD_APART
 from .predict import UnpredictableError
 from .prediction import Predicted, given_others, prior_of
-from .refine import FIRST_STEPS, Fit, Responses, climbed, jointly
-from .search import MISFIT, MOVES, Posterior
+from .refine import FIRST_STEPS, Fit, Responses, climbed, jointly, laws_of, own_responses
+from .search import MISFIT, Posterior
 from .shown_lines import SHOWN
+from .two_effects import MOVES
 from .unknown_force import force_kernels, unexplained
 
 if TYPE_CHECKING:
@@ -124,7 +125,8 @@ def _given_fitted(fit: Fit, problem: Problem, held_out: Sequence[int]) -> Predic
     alive = np.ones(fit.position.size, dtype=bool)
     slopes = Responses(fit.candidates, own, predictor).slopes(fit.position, response, alive)
     compared = problem.around(around, response)
-    residual, directions = prior_of(fit, compared.residual, compared.whitened(slopes), law_columns(compared, response))
+    law = laws_of(compared, own_responses(fit.candidates, fit.position, response, slopes))
+    residual, directions = prior_of(fit, compared.residual, compared.whitened(slopes), law.directions)
     size = np.where(compared.seen, np.abs(response) / problem.lines.deviations, 0.0)
     return given_others(compared, residual, directions, held_out, made=size.max(axis=(0, 1)) > SHOWN)
 

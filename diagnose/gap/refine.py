@@ -175,7 +175,7 @@ class Responses:
     """What effects add to a machine's lines, by the position of their coordinates."""
 
     def __init__(self, chosen: Sequence[Candidate], machine: Machine, predictor: Predictor) -> None:
-        self._chosen, self._machine, self._predictor = tuple(chosen), machine, predictor
+        self.chosen, self._machine, self._predictor = tuple(chosen), machine, predictor
         self._base = predictor.amplitudes(machine)
         self.orders = predictor.phase_orders
 
@@ -185,7 +185,7 @@ class Responses:
 
     def machine(self, position: np.ndarray) -> Machine:
         """Return the machine with the effects."""
-        return with_candidates(self._machine, self._chosen, position)
+        return with_candidates(self._machine, self.chosen, position)
 
     def prepare(self, positions: Sequence[np.ndarray]) -> None:
         """Compute several responses, side by side where they are simulated in time."""
@@ -277,7 +277,8 @@ def _fit(
 ) -> Fit:
     """Return the fit at its best position with Laplace's evidence."""
     coordinates = tuple(c for candidate in chosen for c in candidate.coordinates)
-    law = Widened(law_columns(compared, added))
+    own = own_responses(chosen, position, added, slopes)
+    law = laws_of(compared, own)
     residual = compared.residual - compared.whitened(added)
     white = compared.whitened(slopes)
     least = np.where([c.is_angle for c in coordinates], CIRCLE_PRECISION, _precision(chosen))
@@ -288,10 +289,36 @@ def _fit(
         + 0.5 * len(coordinates) * math.log(2 * math.pi)
         - 0.5 * float(np.linalg.slogdet(information)[1])
     )
-    open_strength = Widened(np.concatenate([law.directions, strength_columns(compared, added)]))
+    open_strength = Widened(np.concatenate([law.directions, *(strength_columns(compared, one) for one in own)]))
     covariance = np.linalg.inv(white @ open_strength.solve(white).T + np.diag(least))
     found = Fit(tuple(chosen), position, covariance, added, slopes, evidence, residual, law.directions)
     return replace(found, compared=compared)
+
+
+def laws_of(compared: Comparison, responses: Sequence[np.ndarray]) -> Widened:
+    """Return in which directions the laws of effects may be wrong, each for itself."""
+    return Widened(np.concatenate([law_columns(compared, one) for one in responses]))
+
+
+def own_responses(
+    chosen: Sequence[Candidate], position: np.ndarray, added: np.ndarray, slopes: np.ndarray
+) -> list[np.ndarray]:
+    """Return what each effect adds: of several, how far its strengths are from zero times their slopes."""
+    if len(chosen) < 2:
+        return [added]
+    found, start = [], 0
+    for candidate in chosen:
+        own = np.zeros_like(added)
+        for number in candidate.strengths:
+            coordinate, z = candidate.coordinates[number], float(position[start + number])
+            value, further = coordinate.value(z), coordinate.value(z + STEP)
+            zero = coordinate.parameter.zero
+            assert zero is not None
+            if further != value:
+                own += (value - zero) * STEP / (further - value) * slopes[start + number]
+        found.append(own)
+        start += len(candidate.coordinates)
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -329,9 +356,9 @@ def _climb(
     best, slopes = math.inf, None
     alive = np.ones(position.size, dtype=bool)
     for _ in range(most_steps):
-        law = Widened(law_columns(compared, added))
-        here = best = _objective(compared, added, position, precision, law)
         slopes = response.slopes(position, added, alive)
+        law = laws_of(compared, own_responses(response.chosen, position, added, slopes))
+        here = best = _objective(compared, added, position, precision, law)
         white = compared.whitened(slopes)
         if not response.repeats(position):
             # Each costs a simulation in every condition.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -15,7 +15,9 @@ from .judged import judged
 from .null_distribution import chance_of_residual
 from .prediction import Predicted
 from .refine import FIRST_STEPS, Climbed, Fit, climbed, jointly, nothing, refined
-from .screen import Atom, Start, starts
+from .screen import Start
+from .screening import Screening, few_of_each
+from .two_effects import CLOSE, MOVES, explains_little, two_effects
 from .unknown_force import Unknown, unexplained
 
 #: Probability before any measurement that nothing, one effect, two effects, something unknown, or one effect with
@@ -24,8 +26,6 @@ PRIOR = {"none": 0.4, "one": 0.4, "two": 0.1, "unknown": 0.06, "beside": 0.04}
 #: Effects of which a few steps are made, of these the ones followed to the end, and of these the ones compared with the
 #: machine re-fitted beside them.
 REFINED, FINISHED, JOINT = 8, 4, 3
-#: The machine's own unknowns are moved so often for hypotheses whose evidence is this close to the best.
-MOVES, CLOSE = 5, 30.0
 #: An effect with so much less evidence than nothing at all is not followed.
 HOPELESS = 5.0
 #: Where nothing at all explains the data with this chance, effects that are no better in the first look are not
@@ -33,19 +33,9 @@ HOPELESS = 5.0
 GOOD = 0.05
 #: Effects that are simulated in time and so far behind the best in the first look are not followed.
 FAR_BEHIND = 300.0
-#: Parts and variants of one effect that are followed.
-PLACES = 2
 #: Starts of one effect, and of one that is simulated in time; of one whose response bends with its strength each is
 #: followed to the end, as a contact that opens in some of the conditions only makes hills between them.
 STARTS, STARTS_IN_TIME, STARTS_OF_BENT = 2, 1, 3
-#: Best single effects to which partners are tried, and partners of each.
-LEADERS, PARTNERS = 2, 2
-#: A second effect needs this much more evidence than the best single one.
-PAIR_MARGIN = 5.0
-#: What leaves more than this share of what differs, where clearly something does, is not followed any further.
-LITTLE, CLEARLY = 0.5, 200.0
-#: A single effect whose residual has this chance needs no partner.
-EXPLAINED = 0.3
 #: Chance below which the best hypothesis' residual is too large to be noise: what is left is then unknown.
 MISFIT = 1e-3
 
@@ -93,49 +83,6 @@ class Posterior:
         return self.best(names) if fitted else self.none
 
 
-@dataclass(frozen=True, eq=False)
-class Screening:
-    """The conditions in which candidates are screened: those that show most.
-
-    Attributes
-    ----------
-    chosen : tuple of int
-        Numbers of the problem's conditions.
-    compared : Comparison
-        Without any effect, in these conditions.
-    atoms : mapping of Candidate to sequence of Atom
-        Responses in these conditions.
-    """
-
-    chosen: tuple[int, ...]
-    compared: Comparison
-    atoms: Mapping[Candidate, Sequence[Atom]]
-
-    def best(self, response: np.ndarray | None = None) -> list[list[Start]]:
-        """Return each candidate's starts, the best candidate first.
-
-        ``response`` (problem's conditions, probes, orders), if any, is taken off first.
-        """
-        if response is None:
-            return self.against(self.compared)
-        left = self.compared.residual - self.compared.whitened(response[list(self.chosen)])
-        return self.against(replace(self.compared, residual=left))
-
-    def against(self, compared: Comparison) -> list[list[Start]]:
-        """Return each candidate's starts against another comparison of these conditions, the best candidate first."""
-        found = [starts(one, own, compared) for one, own in self.atoms.items() if own]
-        return sorted([options for options in found if options], key=lambda options: -options[0].score)
-
-
-def telling_conditions(compared: Comparison, count: int) -> tuple[int, ...]:
-    """Return the numbers of the conditions with the largest residual, in order."""
-    residual = compared.factor @ compared.residual
-    scale = np.sqrt(np.diag(compared.covariance))
-    condition = np.concatenate([np.nonzero(part)[0] for part in compared.lines.parts])
-    power = np.bincount(condition, weights=(residual / scale) ** 2, minlength=compared.seen.shape[0])
-    return tuple(sorted(int(i) for i in np.argsort(power)[::-1][:count]))
-
-
 def search(
     problem: Problem,
     screening: Screening,
@@ -159,7 +106,7 @@ def search(
     first_look = {}
     if chance_of_residual(none) > GOOD:
         first_look = {o[0].candidate: o[0].score - plain for o in every if o[0].score <= plain}
-    screened = [options for options in _few_of_each(every)[:REFINED] if options[0].candidate not in first_look]
+    screened = [options for options in few_of_each(every)[:REFINED] if options[0].candidate not in first_look]
     screened = [
         options
         for options in screened
@@ -169,7 +116,7 @@ def search(
     singles = _singles(screened, screening, problem, tell)
     singles = [fit for fit in singles if fit.log_evidence > none.log_evidence - HOPELESS]
     singles = _jointly_best(singles, problem, none) if singles else []
-    pairs = _pairs(singles, screening, problem, none, tell) if singles else []
+    pairs = two_effects(singles, screening, problem, none, tell) if singles else []
     unknown = unexplained(compared, kernels)
     fits = tuple(sorted([*singles, *pairs], key=lambda fit: -fit.log_evidence))
     count = len({candidate.name for candidate in screening.atoms})
@@ -178,7 +125,7 @@ def search(
     posterior = _posterior(compared, none, fits, unknown, count, rest)
     if next(iter(posterior.probabilities)) != ("unknown",) or not unknown.kernels:
         return posterior
-    beside = beside_unknown(problem, screening, unknown, _few_of_each, tell=tell)
+    beside = beside_unknown(problem, screening, unknown, tell=tell)
     return _posterior(compared, none, (*fits, *beside), unknown, count, rest) if beside else posterior
 
 
@@ -203,43 +150,13 @@ def _singles(screened: list[list[Start]], screening: Screening, problem: Problem
     return found
 
 
-def _few_of_each(screened: list[list[Start]]) -> list[list[Start]]:
-    """Return the list with at most `PLACES` parts or variants of one effect.
-
-    The best part with all strengths of an effect together is kept beside them: its first look, on a coarse grid of many
-    strengths, says least.
-    """
-    counts: dict[str, int] = {}
-    most: dict[str, int] = {}
-    for options in screened:
-        one = options[0].candidate
-        most[one.name] = max(most.get(one.name, 0), len(one.strengths))
-    kept, whole = [], set()
-    for options in screened:
-        one = options[0].candidate
-        counts[one.name] = counts.get(one.name, 0) + 1
-        together = 1 < most[one.name] == len(one.strengths) and one.name not in whole
-        if together:
-            whole.add(one.name)
-        if together or counts[one.name] <= PLACES:
-            kept.append(options)
-    return kept
-
-
-def _explains_little(power: float, none: Fit) -> bool:
-    """Return whether a squared residual is hardly smaller than without any effect, beyond noise."""
-    noise = none.residual.size
-    without = float(none.residual @ none.residual) - noise
-    return without > CLEARLY and power - noise > LITTLE * without
-
-
 def _power(fit: Fit) -> float:
     return float(fit.residual @ Widened(fit.law).solve(fit.residual))
 
 
 def _jointly_best(fits: list[Fit], problem: Problem, none: Fit) -> list[Fit]:
     """Return the fits, those that explain most with the machine's own unknowns fitted beside them."""
-    little = [fit for fit in fits if _explains_little(_power(fit), none)]
+    little = [fit for fit in fits if explains_little(_power(fit), none)]
     ranked = sorted([fit for fit in fits if fit not in little], key=lambda fit: -fit.log_evidence)
     if not ranked:
         return little
@@ -259,39 +176,6 @@ def _jointly_best(fits: list[Fit], problem: Problem, none: Fit) -> list[Fit]:
     rest = [fit for fit in ranked if fit.names not in seen]
     close = [jointly(fit, problem, moves=MOVES) if fit.log_evidence > best - CLOSE else fit for fit in joint]
     return close + rest + little
-
-
-def _pairs(
-    singles: list[Fit],
-    screening: Screening,
-    problem: Problem,
-    none: Fit,
-    tell: Tell,
-) -> list[Fit]:
-    """Return two effects together, where the second explains clearly more."""
-    leaders = sorted(singles, key=lambda fit: -fit.log_evidence)[:LEADERS]
-    best = leaders[0].log_evidence
-    if chance_of_residual(leaders[0]) > EXPLAINED:
-        return []
-    compared, found = problem.plain(), []
-    for leader in leaders:
-        ranked = _few_of_each(screening.best(leader.response))
-        partners = [options for options in ranked if options[0].candidate.name != leader.candidates[0].name]
-        for options in partners[:PARTNERS]:
-            tell(f"{leader.candidates[0]} with {options[0].candidate}")
-            places = [np.concatenate([leader.position, o.position]) for o in options[:STARTS]]
-            both = [leader.candidates[0], options[0].candidate]
-            machine, predictor = problem.baseline.machine, problem.predictor
-            tried = climbed(both, places, compared, machine, predictor, steps=FIRST_STEPS)
-            if not tried or _explains_little(2 * tried[0].objective, none):
-                continue
-            fit = refined(both, tried[0].position, compared, machine, predictor)
-            found += [fit] if fit else []
-    kept: dict[tuple[str, ...], Fit] = {}
-    for fit in sorted(found, key=lambda fit: -fit.log_evidence):
-        kept.setdefault(fit.names, fit)
-    joint = [jointly(fit, problem, moves=MOVES) for fit in list(kept.values())[:1]]
-    return [fit for fit in joint if fit.log_evidence > best + PAIR_MARGIN]
 
 
 def _posterior(

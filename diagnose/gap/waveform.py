@@ -48,8 +48,9 @@ WANDER_HZ = 3.2
 #: against their scatter: von Neumann's ratio is 2 by chance, 0.1 on a line, 0.3 where the offset dies out in a fifth of
 #: the record (J. von Neumann, Ann. Math. Stat. 12 (1941) 367).
 SMOOTH = 0.5
-#: Equal samples in a row that count as held.
-HELD_RUN = 4
+#: Equal samples in a row that count as held. Two already where samples mostly differ by so many steps of the converter:
+#: there equal neighbours are about as many as neighbours one step apart on either side, and the others were held.
+HELD_RUN, ROUGH = 4, 3.0
 PIECES = 10
 
 
@@ -100,10 +101,15 @@ def _statistics(recording: Recording, name: str) -> _Statistics:
     runs = runs[inside]
     levels = np.unique(signal)
     step = float(np.diff(levels).min()) if levels.size > 1 else 0.0
+    held = float(runs[runs >= HELD_RUN].sum())
+    apart = np.abs(np.diff(signal))
+    if step and np.median(apart) >= ROUGH * step:
+        by_chance = float(((apart > 0) & (apart < 1.5 * step)).sum()) / 2
+        held = max(held, float(runs.sum()) - 2 * by_chance)
     means = _means(signal)
     # What a straight line through the pieces' means changes over the record.
     trend = float(abs(np.polyfit(np.arange(PIECES), means, 1)[0]) * PIECES)
-    return _Statistics(float(runs[runs >= HELD_RUN].sum()) / signal.size, step / deviation, trend / deviation)
+    return _Statistics(held / signal.size, step / deviation, trend / deviation)
 
 
 def _means(signal: np.ndarray) -> np.ndarray:

@@ -1,0 +1,81 @@
+"""What every candidate could do, in the few conditions that show most: which are worth following."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .evidence import Comparison
+from .hypotheses import Candidate
+from .screen import Atom, Start, starts
+
+#: Parts and variants of one effect that are followed.
+PLACES = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Screening:
+    """The conditions in which candidates are screened: those that show most.
+
+    Attributes
+    ----------
+    chosen : tuple of int
+        Numbers of the problem's conditions.
+    compared : Comparison
+        Without any effect, in these conditions.
+    atoms : mapping of Candidate to sequence of Atom
+        Responses in these conditions.
+    """
+
+    chosen: tuple[int, ...]
+    compared: Comparison
+    atoms: Mapping[Candidate, Sequence[Atom]]
+
+    def best(self, response: np.ndarray | None = None) -> list[list[Start]]:
+        """Return each candidate's starts, the best candidate first.
+
+        ``response`` (problem's conditions, probes, orders), if any, is taken off first.
+        """
+        if response is None:
+            return self.against(self.compared)
+        left = self.compared.residual - self.compared.whitened(response[list(self.chosen)])
+        return self.against(replace(self.compared, residual=left))
+
+    def against(self, compared: Comparison) -> list[list[Start]]:
+        """Return each candidate's starts against another comparison of these conditions, the best candidate first."""
+        found = [starts(one, own, compared) for one, own in self.atoms.items() if own]
+        return sorted([options for options in found if options], key=lambda options: -options[0].score)
+
+
+def telling_conditions(compared: Comparison, count: int) -> tuple[int, ...]:
+    """Return the numbers of the conditions with the largest residual, in order."""
+    residual = compared.factor @ compared.residual
+    scale = np.sqrt(np.diag(compared.covariance))
+    condition = np.concatenate([np.nonzero(part)[0] for part in compared.lines.parts])
+    power = np.bincount(condition, weights=(residual / scale) ** 2, minlength=compared.seen.shape[0])
+    return tuple(sorted(int(i) for i in np.argsort(power)[::-1][:count]))
+
+
+def few_of_each(screened: list[list[Start]]) -> list[list[Start]]:
+    """Return the list with at most `PLACES` parts or variants of one effect.
+
+    The best part with all strengths of an effect together is kept beside them: its first look, on a coarse grid of many
+    strengths, says least.
+    """
+    counts: dict[str, int] = {}
+    most: dict[str, int] = {}
+    for options in screened:
+        one = options[0].candidate
+        most[one.name] = max(most.get(one.name, 0), len(one.strengths))
+    kept, whole = [], set()
+    for options in screened:
+        one = options[0].candidate
+        counts[one.name] = counts.get(one.name, 0) + 1
+        together = 1 < most[one.name] == len(one.strengths) and one.name not in whole
+        if together:
+            whole.add(one.name)
+        if together or counts[one.name] <= PLACES:
+            kept.append(options)
+    return kept

@@ -1,0 +1,112 @@
+"""Two effects together: partners of the best single ones, where the second explains clearly more.
+
+A partner is judged by what the first effect cannot make up for: by its own values and by an error of its law. An effect
+that changes the structure acts on what the first one makes as well, so that its responses are computed beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from .evidence import Problem, law_columns
+from .hypotheses import Candidate
+from .null_distribution import chance_of_residual
+from .refine import FIRST_STEPS, Fit, climbed, jointly, nothing, refined
+from .screen import Atom, Start, atoms_of
+from .screening import Screening, few_of_each
+
+#: Best single effects to which partners are tried, and partners of each.
+LEADERS, PARTNERS = 2, 3
+#: A second effect needs this much more evidence than the best single one.
+PAIR_MARGIN = 5.0
+#: The machine's own unknowns are moved so often for hypotheses whose evidence is this close to the best.
+MOVES, CLOSE = 5, 30.0
+#: Pairs that are compared with the machine re-fitted beside them.
+JOINT = 3
+#: What leaves more than this share of what differs, where clearly something does, is not followed any further.
+LITTLE, CLEARLY = 0.5, 200.0
+#: A single effect whose residual has this chance needs no partner, but where one is clearly better.
+EXPLAINED = 0.3
+#: Starts of each pair.
+STARTS = 2
+
+Tell = Callable[[str], None]
+
+
+def two_effects(
+    singles: Sequence[Fit], screening: Screening, problem: Problem, none: Fit, tell: Tell = lambda _: None
+) -> list[Fit]:
+    """Return the fits of two effects that have clearly more evidence than the best of one."""
+    leaders = _best_of_each(singles)[:LEADERS]
+    best = leaders[0].log_evidence
+    explained = chance_of_residual(leaders[0]) > EXPLAINED
+    found = []
+    for leader in leaders:
+        ranked = _partners(leader, screening, problem, tell, explained=explained)
+        for options in [one for one in ranked if one[0].candidate.name not in leader.names][:PARTNERS]:
+            tell(f"{leader.candidates[0]} with {options[0].candidate}")
+            fit = _fitted(leader, options, problem, none)
+            found += [fit] if fit else []
+    joint: list[Fit] = []
+    for fit in _best_of_each(found)[:JOINT]:
+        if not joint or fit.log_evidence > joint[0].log_evidence - CLOSE:
+            joint.append(jointly(fit, problem, moves=MOVES))
+    return [fit for fit in joint if fit.log_evidence > best + PAIR_MARGIN]
+
+
+def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:
+    """Return the best fit of each set of names, the best first."""
+    kept: dict[tuple[str, ...], Fit] = {}
+    for fit in sorted(fits, key=lambda fit: -fit.log_evidence):
+        kept.setdefault(fit.names, fit)
+    return list(kept.values())
+
+
+def _fitted(leader: Fit, options: Sequence[Start], problem: Problem, none: Fit) -> Fit | None:
+    compared, machine, predictor = problem.plain(), problem.baseline.machine, problem.predictor
+    both = [leader.candidates[0], options[0].candidate]
+    places = [np.concatenate([leader.position, o.position]) for o in options[:STARTS]]
+    tried = climbed(both, places, compared, machine, predictor, steps=FIRST_STEPS)
+    if not tried or explains_little(2 * tried[0].objective, none):
+        return None
+    return refined(both, tried[0].position, compared, machine, predictor)
+
+
+def _partners(leader: Fit, screening: Screening, problem: Problem, tell: Tell, *, explained: bool) -> list[list[Start]]:
+    """Return the starts of every candidate beside an effect, the best candidate first.
+
+    Where the effects alone explain the data, only of those that can do so clearly better all the same.
+    """
+    chosen, compared = list(screening.chosen), screening.compared
+    response, slopes = leader.response[chosen], leader.slopes[:, chosen]
+    directions = np.concatenate([law_columns(compared, response), compared.whitened(slopes)])
+    left = replace(compared, residual=compared.residual - compared.whitened(response))
+    open_directions = compared.factor @ directions.T
+    beside = left.widened(open_directions @ open_directions.T)
+    if explained:
+        least = nothing(beside).log_evidence + PAIR_MARGIN
+        return few_of_each([options for options in screening.against(beside) if options[0].score > least])
+    return few_of_each(replace(screening, atoms=_atoms_beside(leader, screening, problem, tell)).against(beside))
+
+
+def _atoms_beside(leader: Fit, screening: Screening, problem: Problem, tell: Tell) -> dict[Candidate, Sequence[Atom]]:
+    """Return the responses, those of effects that change the structure on the machine with the leading effect."""
+    atoms, few = dict(screening.atoms), problem.predictor.select(screening.chosen)
+    machine = leader.machine(problem.baseline.machine)
+    for one in atoms if few.repeats(machine) else ():
+        middle = one.at(np.zeros(len(one.coordinates)))
+        changes = middle.STAGE == "structure" and one.name not in leader.names
+        if changes and few.repeats(machine.with_effects(middle)):
+            tell(f"{one} beside {leader.candidates[0]}")
+            atoms[one] = atoms_of(one, machine, few, deviations=screening.compared.lines.deviations)
+    return atoms
+
+
+def explains_little(power: float, none: Fit) -> bool:
+    """Return whether a squared residual is hardly smaller than without any effect, beyond noise."""
+    noise = none.residual.size
+    without = float(none.residual @ none.residual) - noise
+    return without > CLEARLY and power - noise > LITTLE * without
