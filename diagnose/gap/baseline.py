@@ -223,8 +223,8 @@ def error_covariance(
     Parameters
     ----------
     conditions : tuple of Condition
-    error : ndarray (probes, orders) or ModelError
-        An array is the same in all conditions.
+    error : ndarray ([conditions,] probes, orders) or ModelError
+        Without conditions it is the same in all of them.
     parts : ndarray (2, conditions, probes, orders)
         `OrderLines.parts`.
     """

@@ -27,7 +27,10 @@ LAW_TOLERANCE, LAW_TOLERANCE_OF_SIZES = 0.15, 0.5
 #: Of the real and the imaginary part of the strongest order: a law is right to 10 %.
 STRENGTH_TOLERANCE = 0.1 / math.sqrt(2)
 PROBE_TOLERANCE, PROBE_TOLERANCE_OF_SIZES = 0.02, 0.3
-THRICE = 3.0
+#: Of one size in one condition at one probe: a resonance on the way from the bearing to a sensor lies elsewhere in a
+#: real machine, and passes other multiples of the line at other speeds. Below this share of the noise it says nothing.
+TOLERANCE_OF_A_SIZE, LEAST_SCATTER = 0.5, 0.1
+THRICE, LEAST_OF_MEAN = 3.0, 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +148,7 @@ class Problem:
         """
         share = np.maximum(_tolerances(self.lines)[1], self.transfer.share)
         lacking = np.where(self.lines.seen, self.lines.amplitudes - self.plain().expected, 0.0)
-        own = share * np.minimum(_mean_size(lacking), THRICE * _mean_size(response))
+        own = share * np.minimum(_size_in_each(lacking), THRICE * _size_in_each(response))
         found = comparison(self.lines, baseline, self.healthy, self.at_healthy, self.error, own)
         return replace(found, transfer=self.transfer)
 
@@ -169,7 +172,7 @@ def comparison(
     healthy : OrderLines, optional
     error : ndarray (probes, orders) or ModelError
         Standard deviation of the model error.
-    own_error : ndarray (probes, orders), optional
+    own_error : ndarray (conditions, probes, orders), optional
         Of a further model error that the healthy lines do not share.
     """
     variance = baseline.prior[:, None] ** 2
@@ -275,10 +278,21 @@ def law_columns(compared: Comparison, response: np.ndarray) -> np.ndarray:
     weaker = [k for k, own in enumerate(power) if own > 1e-3 and k % present.size != strongest]
     single = single.reshape(-1, *response.shape)
     probes = compared.whitened(np.concatenate([single, 1j * single]))
+    scattered = compared.whitened(_scattered_sizes(compared.lines, response))
     passed = compared.transfer.directions(response, compared.lines.conditions)
     wrongly = compared.whitened(np.concatenate([passed, 1j * passed]))
-    columns = np.concatenate([np.tile(law, 2)[weaker, None] * white[weaker], probes, wrongly])
+    columns = np.concatenate([np.tile(law, 2)[weaker, None] * white[weaker], probes, scattered, wrongly])
     return columns[(columns**2).sum(axis=1) > 1e-3]
+
+
+def _scattered_sizes(lines: OrderLines, response: np.ndarray) -> np.ndarray:
+    """Return each line without phase as far as it may be wrong in one condition at one probe alone, (lines, ...)."""
+    phase = np.array([kind.phase for kind in lines.kinds])
+    size = np.where(phase | ~lines.seen, 0.0, TOLERANCE_OF_A_SIZE * np.abs(response))
+    which = np.nonzero(size > LEAST_SCATTER * lines.deviations)
+    found = np.zeros((which[0].size, *response.shape), dtype=complex)
+    found[(np.arange(which[0].size), *which)] = size[which]
+    return found
 
 
 def strength_columns(compared: Comparison, response: np.ndarray) -> np.ndarray:
@@ -296,9 +310,13 @@ def _orders(response: np.ndarray) -> np.ndarray:
     return np.moveaxis(response[..., None] * np.eye(response.shape[-1]), -1, 0)
 
 
-def _mean_size(lines: np.ndarray) -> np.ndarray:
-    """Return the rms over the conditions of the real part, or the imaginary part, of lines, (probes, orders)."""
-    return np.sqrt((np.abs(lines) ** 2).mean(axis=0) / 2)
+def _size_in_each(lines: np.ndarray) -> np.ndarray:
+    """Return the size of the real part, or the imaginary part, of lines, (conditions, probes, orders).
+
+    Where a line passes through a minimum, at least `LEAST_OF_MEAN` of its rms over the conditions.
+    """
+    power = np.abs(lines) ** 2 / 2
+    return np.sqrt(np.maximum(power, LEAST_OF_MEAN**2 * power.mean(axis=0, keepdims=True)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,7 @@ from ...simulators.machine import Machine
 from ...simulators.solvers.blas import single_blas_thread
 from .baseline import Baseline, ModelError, again, model_error
 from .calibration import calibrated, residual_error
+from .envelope_noise import noise_of_records, not_of_the_fault
 from .evidence import Comparison, Problem
 from .first_look import explainable, reach
 from .found_lines import found_lines
@@ -201,6 +202,8 @@ def prepare(
     fitted = tuple(i for i in range(len(measured.conditions)) if i not in held_out)
     predictor = _predictor(measured, campaign.recordings)
     own = _predictor(healthy, campaign.baseline) if healthy else predictor.select(fitted)
+    if healthy and predictor.noise is not None and own.noise is not None:
+        predictor = replace(predictor, noise=not_of_the_fault(predictor.noise, measured, own.noise, healthy))
     pulse_rad = 0.0
     if healthy:
         at_calibration, pulse_rad = calibrated_with_pulse(machine, healthy, own, tell=tell)
@@ -284,7 +287,8 @@ def _most_explaining(
 
 def _predictor(lines: OrderLines, recordings: Sequence[Recording]) -> Predictor:
     rates, lengths = tuple(one.rate_hz for one in recordings), tuple(one.samples for one in recordings)
-    return Predictor(lines.conditions, lines.probes, lines.orders, rates, lengths, lines.kinds, lines.reference)
+    noise = noise_of_records(lines, recordings) if any(kind.envelope for kind in lines.kinds) else None
+    return Predictor(lines.conditions, lines.probes, lines.orders, rates, lengths, lines.kinds, lines.reference, noise)
 
 
 def _channels(campaign: Campaign, machine: Machine) -> dict[str, str]:

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 #: Accuracy of a line beside its noise: lines far above the noise do not count for more than this allows.
 ACCURACY = 0.01
+#: Of the larger one of a measured and a simulated size: these are right to a factor, whatever is right about the cause.
+ACCURACY_OF_SIZES = 0.5
 
 
 def useful_forces(prepared: Prepared, posterior: Posterior) -> tuple[tuple[AddedForce, ...], tuple[str, ...]]:
@@ -102,7 +104,9 @@ def residual_power(problem: Problem, simulated: np.ndarray) -> float:
     """Return the mean squared distance from the measured lines, in their noise and accuracy."""
     lines = problem.lines
     seen = lines.seen
-    scale = lines.deviations[seen] ** 2 + (ACCURACY * np.abs(lines.amplitudes[seen])) ** 2
+    phase = np.array([kind.phase for kind in lines.kinds])
+    larger = np.where(phase, np.abs(lines.amplitudes), np.maximum(np.abs(lines.amplitudes), np.abs(simulated)))
+    scale = lines.deviations[seen] ** 2 + (np.where(phase, ACCURACY, ACCURACY_OF_SIZES) * larger)[seen] ** 2
     return float((np.abs(lines.amplitudes - simulated)[seen] ** 2 / scale).mean())
 
 

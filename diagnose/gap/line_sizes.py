@@ -25,6 +25,8 @@ MEAN_OVER_MEDIAN = 1 / np.log(2)
 HANN_INDEPENDENT = 2 / 3
 #: Band of the envelope as a share of the sampling rate, and its lowest order.
 ENVELOPE_BAND, ENVELOPE_LOWEST_ORDER = (0.1, 0.4), 15.0
+#: Pieces of the envelope's band within which noise is taken to be even.
+NOISE_PIECES = 16
 #: Lines above this share of the sampling rate are bent by the anti-alias filter; below so many periods in the record
 #: a line is not told from the mean.
 HIGHEST_SHARE, FEWEST_PERIODS = 0.4, 2.5
@@ -46,6 +48,7 @@ def line_sizes(
     orders: Sequence[float],
     kinds: Sequence[LineKind],
     accelerations: Sequence[bool],
+    missing_noise: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return amplitudes and standard deviations, both (channels, lines); infinite deviations where nothing is seen.
 
@@ -61,13 +64,19 @@ def line_sizes(
         Of the lines wanted.
     accelerations : sequence of bool
         Which channels have an envelope worth looking at.
+    missing_noise : ndarray (channels,), optional
+        Standard deviation of the noise in the envelope's band that the signals do not hold, but the records that they
+        are compared with do.
     """
     speed_hz = (turns[-1] - turns[0]) / (turns.size - 1) * rate_hz
     left = signals - signals.mean(axis=1, keepdims=True)
     left = left - np.real(locked[1] @ np.exp(2j * np.pi * np.outer(locked[0], turns)))
     spectra = {False: line_power(left)}
     if any(kind.envelope for kind in kinds):
-        spectra[True] = line_power(high_envelope(left, rate_hz=rate_hz, speed_hz=speed_hz))
+        magnitude = high_envelope(left, rate_hz=rate_hz, speed_hz=speed_hz)
+        if missing_noise is not None:
+            magnitude = mean_envelope_in_noise(magnitude, missing_noise[:, None])
+        spectra[True] = line_power(magnitude - magnitude.mean(axis=1, keepdims=True))
     resolution = rate_hz / turns.size
     sizes = np.zeros((signals.shape[0], len(orders)))
     deviations = np.full(sizes.shape, np.inf)
@@ -123,17 +132,50 @@ def _clear(frequency_hz: float, speed_hz: float) -> float:
 
 
 def high_envelope(signals: np.ndarray, *, rate_hz: float, speed_hz: float) -> np.ndarray:
-    """Return the envelope, less its mean, of what lies in the high band, shape (channels, samples)."""
+    """Return the envelope of what lies in the high band, shape (channels, samples)."""
     from scipy.fft import fft, ifft, next_fast_len
 
     samples = signals.shape[1]
     length = int(next_fast_len(samples) or samples)
     spectrum = np.asarray(fft(signals, length, axis=1))
+    low, high = _envelope_band(rate_hz, speed_hz)
     frequency = np.arange(length) * rate_hz / length
-    low = max(ENVELOPE_BAND[0] * rate_hz, ENVELOPE_LOWEST_ORDER * speed_hz)
-    spectrum[:, (frequency < low) | (frequency > ENVELOPE_BAND[1] * rate_hz)] = 0
-    found = 2 * np.abs(np.asarray(ifft(spectrum, axis=1))[:, :samples])
-    return found - found.mean(axis=1, keepdims=True)
+    spectrum[:, (frequency < low) | (frequency > high)] = 0
+    return 2 * np.abs(np.asarray(ifft(spectrum, axis=1))[:, :samples])
+
+
+def _envelope_band(rate_hz: float, speed_hz: float) -> tuple[float, float]:
+    return max(ENVELOPE_BAND[0] * rate_hz, ENVELOPE_LOWEST_ORDER * speed_hz), ENVELOPE_BAND[1] * rate_hz
+
+
+def envelope_noise(signals: np.ndarray, *, rate_hz: float, speed_hz: float) -> np.ndarray:
+    """Return the standard deviation of the noise in the envelope's band, shape (channels,).
+
+    From the median power of each piece of the band: lines that stand out of it are no noise.
+    """
+    power = line_power(signals - signals.mean(axis=1, keepdims=True))
+    frequency = np.arange(power.shape[1]) * rate_hz / signals.shape[1]
+    low, high = _envelope_band(rate_hz, speed_hz)
+    band = power[:, (frequency >= low) & (frequency <= high)]
+    if not band.shape[1]:
+        return np.zeros(signals.shape[0])
+    pieces = np.array_split(band, min(NOISE_PIECES, band.shape[1]), axis=1)
+    total = sum(MEAN_OVER_MEDIAN * np.median(piece, axis=1) * piece.shape[1] for piece in pieces)
+    # A sine of amplitude A has the power A^2 / 4 in these lines and A^2 / 2 in the signal.
+    return np.sqrt(2 * total)
+
+
+def mean_envelope_in_noise(magnitude: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    """Return the mean of an envelope to which noise of this standard deviation is added (S. O. Rice, 1945).
+
+    Noise hides what is smaller than itself: sigma sqrt(pi / 2) L_1/2(-m^2 / 2 sigma^2), which is m + sigma^2 / 2m of a
+    large m and grows with its square only of a small one.
+    """
+    from scipy.special import i0e, i1e
+
+    deviation = np.maximum(noise, 1e-9 * magnitude.max(initial=0.0) + 1e-300)
+    half = (magnitude / deviation) ** 2 / 4
+    return deviation * np.sqrt(np.pi / 2) * ((1 + 2 * half) * i0e(half) + 2 * half * i1e(half))
 
 
 def line_power(signals: np.ndarray) -> np.ndarray:

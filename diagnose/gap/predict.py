@@ -68,6 +68,8 @@ class Predictor:
         Of the orders.
     reference : tuple of int
         For each order, the probe whose phase counts as 0 in conditions that are not tied.
+    noise : ndarray (conditions, probes), optional
+        Standard deviation of what the recordings hold of noise in the band of the envelope; none when not given.
     """
 
     conditions: tuple[Condition, ...]
@@ -77,6 +79,7 @@ class Predictor:
     samples: tuple[int, ...]
     kinds: tuple[LineKind, ...]
     reference: tuple[int, ...]
+    noise: np.ndarray | None = None
     evaluations: int = 0
     _known: dict[str, np.ndarray] = field(default_factory=dict)
     _failed: dict[str, str] = field(default_factory=dict)
@@ -136,6 +139,7 @@ class Predictor:
             conditions=tuple(self.conditions[i] for i in rows),
             rates_hz=tuple(self.rates_hz[i] for i in rows),
             samples=tuple(self.samples[i] for i in rows),
+            noise=None if self.noise is None else self.noise[rows],
             _known={key: lines[rows] for key, lines in self._known.items()},
             _failed=dict(self._failed),
             _motions={},
@@ -158,6 +162,7 @@ class Predictor:
             (samples,) * count,
             self.kinds,
             self.reference,
+            None if self.noise is None else np.repeat(self.noise.mean(axis=0, keepdims=True), count, axis=0),
             _spoiling=self._spoiling,
         )
 
@@ -258,7 +263,8 @@ class Predictor:
             leak=np.zeros(len(channels)),
         )
         record = run_chain(record, sensor_effects(machine), samples=phase_rad.size, seed=0)
-        return lines_of_record(record, probes=self.probes, orders=self.orders, kinds=self.kinds)
+        noise = None if self.noise is None else self.noise[index]
+        return lines_of_record(record, probes=self.probes, orders=self.orders, kinds=self.kinds, missing_noise=noise)
 
     def _simulate(self, wanted: Sequence[tuple[str, Machine, Machine | None]], *, smooth: bool) -> None:
         """Simulate machines in every condition, as many side by side as can go, and keep their lines.

@@ -17,7 +17,8 @@ from .line_noise import BLACKMAN_HARRIS, weighted_amplitudes
 from .line_sizes import line_sizes
 from .lines import LineKind
 
-#: Turns of the shaft that are simulated: neighbouring orders, and sidebands a tenth of an order away, are told apart.
+#: Turns of the shaft that are simulated: sidebands and lines of the envelope a tenth of an order from the shaft's own
+#: are told apart from these.
 TURNS = 24.0
 #: Longest step of a smooth motion, in samples of the record and as a multiple of the machine's own.
 STEPS_OF_SMOOTH, COARSER = 0.5, 2.0
@@ -85,9 +86,17 @@ def _side_by_side(runs: Sequence[Run]) -> list[Simulation | None]:
 
 
 def lines_of_record(
-    record: SensorRecord, *, probes: Sequence[str], orders: Sequence[float], kinds: Sequence[LineKind]
+    record: SensorRecord,
+    *,
+    probes: Sequence[str],
+    orders: Sequence[float],
+    kinds: Sequence[LineKind],
+    missing_noise: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Return the lines of a record, shape (probes, orders), complex: those with phase, and sizes of the others."""
+    """Return the lines of a record, shape (probes, orders), complex: those with phase, and sizes of the others.
+
+    ``missing_noise`` (probes,) is what measured records have in the envelope's band, see `line_sizes`.
+    """
     names = [probe.name for probe in record.channels]
     rows = [names.index(name) for name in probes]
     signals, turns = record.signals[rows], record.phase_rad / (2 * np.pi)
@@ -105,5 +114,6 @@ def lines_of_record(
             orders=np.array(orders)[~with_phase].tolist(),
             kinds=[kind for kind in kinds if not kind.phase],
             accelerations=[record.channels[row].quantity == "acceleration" for row in rows],
+            missing_noise=missing_noise,
         )[0]
     return result

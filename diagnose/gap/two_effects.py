@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .evidence import Problem, law_columns
+from .evidence import Problem, Widened, law_columns
 from .hypotheses import Candidate
 from .null_distribution import chance_of_residual
 from .refine import FIRST_STEPS, Fit, climbed, jointly, nothing, refined
@@ -20,6 +20,8 @@ from .screening import Screening, few_of_each
 
 #: Best single effects to which partners are tried, and partners of each.
 LEADERS, PARTNERS = 2, 3
+#: Of the best one, where the two together are simulated in time.
+PARTNERS_IN_TIME = 2
 #: A second effect needs this much more evidence than the best single one.
 PAIR_MARGIN = 5.0
 #: The machine's own unknowns are moved so often for hypotheses whose evidence is this close to the best.
@@ -30,8 +32,8 @@ JOINT = 3
 LITTLE, CLEARLY = 0.5, 200.0
 #: A single effect whose residual has this chance needs no partner, but where one is clearly better.
 EXPLAINED = 0.3
-#: Starts of each pair.
-STARTS = 2
+#: Starts of each pair, and of one that is simulated in time.
+STARTS, STARTS_IN_TIME = 2, 1
 
 Tell = Callable[[str], None]
 
@@ -44,17 +46,26 @@ def two_effects(
     best = leaders[0].log_evidence
     explained = chance_of_residual(leaders[0]) > EXPLAINED
     found = []
-    for leader in leaders:
+    for rank, leader in enumerate(leaders):
         ranked = _partners(leader, screening, problem, tell, explained=explained)
-        for options in [one for one in ranked if one[0].candidate.name not in leader.names][:PARTNERS]:
+        others = [options for options in ranked if options[0].candidate.name not in leader.names]
+        for number, options in enumerate(others[:PARTNERS]):
+            in_time = not _repeat(leader, options[0], problem)
+            if in_time and (rank or number >= PARTNERS_IN_TIME):
+                continue
             tell(f"{leader.candidates[0]} with {options[0].candidate}")
-            fit = _fitted(leader, options, problem, none)
+            fit = _fitted(leader, options[: STARTS_IN_TIME if in_time else STARTS], problem, none)
             found += [fit] if fit else []
     joint: list[Fit] = []
     for fit in _best_of_each(found)[:JOINT]:
         if not joint or fit.log_evidence > joint[0].log_evidence - CLOSE:
             joint.append(jointly(fit, problem, moves=MOVES))
     return [fit for fit in joint if fit.log_evidence > best + PAIR_MARGIN]
+
+
+def _repeat(leader: Fit, partner: Start, problem: Problem) -> bool:
+    machine = leader.machine(problem.baseline.machine)
+    return problem.predictor.repeats(machine.with_effects(partner.candidate.at(partner.position)))
 
 
 def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:
@@ -68,9 +79,13 @@ def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:
 def _fitted(leader: Fit, options: Sequence[Start], problem: Problem, none: Fit) -> Fit | None:
     compared, machine, predictor = problem.plain(), problem.baseline.machine, problem.predictor
     both = [leader.candidates[0], options[0].candidate]
-    places = [np.concatenate([leader.position, o.position]) for o in options[:STARTS]]
+    places = [np.concatenate([leader.position, o.position]) for o in options]
     tried = climbed(both, places, compared, machine, predictor, steps=FIRST_STEPS)
     if not tried or explains_little(2 * tried[0].objective, none):
+        return None
+    alone = compared.residual - compared.whitened(leader.response)
+    left = 0.5 * float(alone @ Widened(law_columns(compared, leader.response)).solve(alone))
+    if tried[0].objective > left - PAIR_MARGIN:
         return None
     return refined(both, tried[0].position, compared, machine, predictor)
 

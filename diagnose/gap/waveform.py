@@ -48,6 +48,11 @@ WANDER_HZ = 3.2
 #: against their scatter: von Neumann's ratio is 2 by chance, 0.1 on a line, 0.3 where the offset dies out in a fifth of
 #: the record (J. von Neumann, Ann. Math. Stat. 12 (1941) 367).
 SMOOTH = 0.5
+#: They move one way where they go less than this many times as far as from lowest to highest: a whole swing goes
+#: twice as far, noise about a drift a few per cent further.
+ONE_WAY = 1.5
+#: What sensors of the shaft's speed measure.
+SPEEDS = ("rotational_speed",)
 #: Equal samples in a row that count as held. Two already where samples mostly differ by so many steps of the converter:
 #: there equal neighbours are about as many as neighbours one step apart on either side, and the others were held.
 HELD_RUN, ROUGH = 4, 3.0
@@ -77,7 +82,13 @@ def seen_in_waveform(
     usual_wander = variations(healthy).max(initial=0.0)
     if np.median(variations(recordings)) > max(WANDER, WANDER_GROWTH * usual_wander):
         found["speed_wander"] = []
-    return {effect: tuple(names) for effect, names in found.items()}
+        # A sensor of the speed drifts with the speed.
+        found["dc_drift"] = [name for name in found.get("dc_drift", []) if not _shows_speed(recordings[0], name)]
+    return {effect: tuple(names) for effect, names in found.items() if names or effect == "speed_wander"}
+
+
+def _shows_speed(recording: Recording, name: str) -> bool:
+    return any(one.name == name and one.quantity in SPEEDS for one in recording.channels)
 
 
 @dataclass(frozen=True)
@@ -117,8 +128,10 @@ def _means(signal: np.ndarray) -> np.ndarray:
 
 
 def _is_smooth(signal: np.ndarray) -> bool:
-    """Return whether the mean moves steadily: slow vibration and coarse steps shift it as well, from piece to piece."""
+    """Return whether the mean moves steadily one way: slow vibration and coarse steps shift it as well, to and fro."""
     means = _means(signal)
+    if float(np.abs(np.diff(means)).sum()) > ONE_WAY * float(np.ptp(means)):
+        return False
     return float(np.sum(np.diff(means) ** 2)) < SMOOTH * float(np.sum((means - means.mean()) ** 2))
 
 

@@ -47,7 +47,7 @@ class Scores:
         The same by class of d2, as (count, share).
     named_wrong : float
         Share of trials with something hidden in which a wrong effect is named with a probability of 0.5 or more and
-        the truth is not declared indistinguishable.
+        the truth is not declared indistinguishable. The imperfection is not wrong.
     null_false_alarm : float
         Share of trials with nothing hidden whose verdict is a cause, or unknown.
     unknown_recall : float
@@ -153,10 +153,14 @@ def _by_class(outcomes: Sequence[Outcome]) -> dict[str, tuple[int, float]]:
 
 
 def names_wrong(outcome: Outcome) -> bool:
-    """Return whether a wrong effect is named firmly and the truth is not declared indistinguishable."""
+    """Return whether a wrong effect is named firmly and the truth is not declared indistinguishable.
+
+    The imperfection acts in the records as well: to name it is no error.
+    """
     if outcome.verdict not in TOLD_CAUSE or outcome.truth in outcome.declared:
         return False
     right = set() if outcome.kind == "unknown" else {one.effect for one in outcome.hidden}
+    right |= {outcome.imperfection.effect} if outcome.imperfection else set()
     return any(one.probability >= STATED and one.effect not in right for one in outcome.named)
 
 

@@ -1,10 +1,24 @@
 """The Gaussian comparison against brute force."""
 
+import math
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 from rotorwise.diagnose.gap.baseline import Baseline, error_covariance, noise_covariance
-from rotorwise.diagnose.gap.evidence import STRENGTH_TOLERANCE, Widened, comparison, log_density, strength_columns
+from rotorwise.diagnose.gap.evidence import (
+    LEAST_OF_MEAN,
+    PROBE_TOLERANCE,
+    STRENGTH_TOLERANCE,
+    Problem,
+    Widened,
+    comparison,
+    log_density,
+    strength_columns,
+)
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines, joined, stacked
+from rotorwise.diagnose.gap.transfer_error import none_of
 
 GENERATOR = np.random.default_rng(4)
 PROBES, ORDERS = ("a", "b"), (1.0, 2.0)
@@ -102,6 +116,49 @@ def test_widened_density_is_the_plain_gaussian_one():
     covariance = compared.factor @ inside @ compared.factor.T
     expected = multivariate_normal(np.zeros(len(covariance)), covariance).logpdf(compared.factor @ compared.residual)
     assert log_density(compared, compared.residual, widened) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(("strong", "least"), [(5.0, 1.0), (1e3, LEAST_OF_MEAN * 1e3 / math.sqrt(2))])
+def test_a_weak_line_is_told_as_well_beside_a_strong_one_of_another_speed(strong, least):
+    """What an effect makes may be wrong by a share of what it makes in that condition, not elsewhere."""
+    size = np.array([1.0, strong])[:, None, None] * np.ones((2, 2, 2))
+    conditions = (Condition(600.0), Condition(2400.0))
+    lines = OrderLines(conditions, PROBES, ORDERS, size.astype(complex), np.full(size.shape, 0.3))
+    silent = replace(_baseline(2, np.zeros(0), np.zeros(0)), lines=np.zeros(size.shape, dtype=complex))
+    unused: Any = None
+    problem = Problem(lines, silent, None, None, np.zeros((2, 2)), none_of(lines), unused, unused)
+    added = np.diag(problem.around(silent, size.astype(complex)).covariance) - np.diag(problem.plain().covariance)
+    found = np.sqrt(added[: size.size]).reshape(size.shape)
+    expected = PROBE_TOLERANCE * np.array([least, strong])[:, None, None] * np.ones(size.shape) / math.sqrt(2)
+    assert found == pytest.approx(expected, rel=1e-3)
+
+
+def test_two_effects_of_a_linear_machine_add_what_each_adds_alone():
+    from rotorwise.diagnose.gap.coordinates import coordinates_of
+    from rotorwise.diagnose.gap.hypotheses import Candidate
+    from rotorwise.diagnose.gap.predict import Predictor
+    from rotorwise.diagnose.gap.refine import Responses, own_responses
+    from rotorwise.simulators import amb_rotor
+    from rotorwise.simulators.effects.shaft_bow import ShaftBow
+    from rotorwise.simulators.effects.unbalance import Unbalance
+
+    conditions, orders = (Condition(1500.0), Condition(3000.0)), (1.0, 2.0, 3.0)
+    probes = tuple(probe.name for probe in amb_rotor.bare_assembly().probes)
+    plain = (LineKind(),) * 3
+    predictor = Predictor(conditions, probes, orders, (4000.0,) * 2, (12000,) * 2, plain, (0,) * 3)
+    effects = (Unbalance(at="disc", moment_kg_m=3e-4, angle_rad=0.7), ShaftBow(bow_m=2e-5, angle_rad=-1.0))
+    chosen = [Candidate(one, coordinates_of(one.parameters())) for one in effects]
+    places = [
+        [c.coordinate(e.values()[c.parameter.name]) for c in k.coordinates]
+        for e, k in zip(effects, chosen, strict=True)
+    ]
+    position = np.concatenate(places)
+    both = Responses(chosen, amb_rotor, predictor)
+    added = both(position)
+    found = own_responses(chosen, position, added, both.slopes(position, added, np.ones(position.size, dtype=bool)))
+    for candidate, place, own in zip(chosen, places, found, strict=True):
+        alone = Responses([candidate], amb_rotor, predictor)(np.array(place))
+        assert np.abs(own - alone).max() < 5e-3 * np.abs(alone).max()
 
 
 def test_a_strength_is_known_no_better_than_its_law():

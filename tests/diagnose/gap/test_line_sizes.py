@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rotorwise.diagnose.gap.line_sizes import line_sizes
+from rotorwise.diagnose.gap.line_sizes import envelope_noise, high_envelope, line_sizes, mean_envelope_in_noise
 from rotorwise.diagnose.gap.lines import LineKind
 
 RATE_HZ, SPEED_HZ, SAMPLES = 5000.0, 25.0, 20000
@@ -92,3 +92,37 @@ def test_a_band_beside_a_larger_line_says_little():
     assert size[1] > 0.01
     assert deviation[0] < 0.1
     assert deviation[1] > 0.29
+
+
+def test_an_envelope_in_noise_has_the_mean_of_rice():
+    random = np.random.default_rng(0)
+    size = np.array([[0.0, 0.3, 1.0, 3.0, 50.0]])
+    noise = random.normal(size=(400_000, 2))
+    drawn = [np.hypot(m + 0.7 * noise[:, 0], 0.7 * noise[:, 1]).mean() for m in size[0]]
+    found = mean_envelope_in_noise(size, np.array([[0.7]]))[0]
+    assert found == pytest.approx(drawn, rel=3e-3)
+    # Closed forms: of nothing, and of much more than the noise.
+    assert found[0] == pytest.approx(0.7 * np.sqrt(np.pi / 2), rel=1e-12)
+    assert found[-1] == pytest.approx(50 + 0.7**2 / 100, rel=1e-6)
+    assert mean_envelope_in_noise(size, np.zeros((1, 1)))[0] == pytest.approx(size[0], abs=1e-6)
+
+
+def test_a_simulated_envelope_is_hidden_by_the_noise_of_the_recordings():
+    """The same modulation, in noise and without: told of the noise, the silent record shows what the noisy one does."""
+    carrier = 0.2 * (1 + 0.5 * np.cos(2 * np.pi * 2.95 * TURNS)) * np.cos(2 * np.pi * 1200 * TIME_S)
+    noisy = carrier + 0.5 * np.random.default_rng(2).normal(size=SAMPLES)
+    noise = envelope_noise(noisy[None], rate_hz=RATE_HZ, speed_hz=SPEED_HZ)
+    # White noise, of which the band from 0.1 to 0.4 of the rate holds 60 %.
+    assert noise[0] == pytest.approx(0.5 * np.sqrt(0.6), rel=0.03)
+    how = {"rate_hz": RATE_HZ, "turns": TURNS, "locked": (LOCKED, np.zeros((1, 3))), "orders": [2.95]}
+    how |= {"kinds": [ENVELOPE], "accelerations": [True]}
+    measured, deviation = (one[0, 0] for one in line_sizes(noisy[None], **how))
+    plain, told = (line_sizes(carrier[None], **how, missing_noise=given)[0][0, 0] for given in (None, noise))
+    assert told < 0.4 * plain
+    assert abs(told - measured) < 2 * deviation
+
+
+def test_the_envelope_is_that_of_the_high_band():
+    signal = np.cos(2 * np.pi * 30 * TIME_S) + 0.4 * np.cos(2 * np.pi * 1200 * TIME_S)
+    middle = high_envelope(signal[None], rate_hz=RATE_HZ, speed_hz=SPEED_HZ)[0, 1000:-1000]
+    assert middle == pytest.approx(np.full(middle.size, 0.4), rel=1e-3)

@@ -221,6 +221,13 @@ def test_a_declared_set_that_holds_the_truth_is_right() -> None:
     assert score([foreign]).top1 == 0.0
 
 
+def test_an_imperfection_that_is_named_is_there() -> None:
+    rub = Truth("rub", "", {}, 2.0)
+    named = (Named("unbalance", "disc", 1.0, {}), Named("rub", "", 0.9, {}))
+    assert score([one_outcome(named=named, verdict="several causes")]).named_wrong == 1.0
+    assert score([one_outcome(named=named, verdict="several causes", imperfection=rub)]).named_wrong == 0.0
+
+
 def test_a_wrong_name_below_one_half_is_not_firm() -> None:
     assert score([one_outcome(named=(Named("rub", "", 0.49, {}),))]).named_wrong == 0.0
     assert score([one_outcome(named=(Named("rub", "", 0.5, {}),))]).named_wrong == 1.0

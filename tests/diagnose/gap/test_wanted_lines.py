@@ -31,6 +31,14 @@ def test_bearing_lines_are_looked_for_in_the_envelope():
     assert any(order == pytest.approx(pass_order, rel=0.02) for order in envelope)
 
 
+def test_a_line_that_may_lie_anywhere_is_found_and_not_looked_for():
+    orders, kinds = wanted_lines(find_machine("rigid_coupling"), highest=6.0, speeds_rpm=SPEEDS_RPM)
+    frequencies = {kind.frequency_hz for order, kind in zip(orders, kinds, strict=True) if order == 0}
+    assert frequencies
+    # Of a process: 5 Hz is the middle of its prior, and no more likely than its neighbours.
+    assert 5.0 not in frequencies
+
+
 def test_the_supply_is_looked_for_at_its_own_frequency():
     orders, kinds = wanted_lines(find_machine("rigid_coupling"), highest=6.0, speeds_rpm=SPEEDS_RPM)
     assert (0.0, LineKind(phase=False, frequency_hz=100.0)) in zip(orders, kinds, strict=True)

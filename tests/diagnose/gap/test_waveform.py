@@ -40,6 +40,18 @@ def test_each_defect_is_seen_and_no_other(effect):
     assert seen_in_waveform(bad, healthy, ["a"]) == {effect: ("a",)}
 
 
+def test_single_held_samples_are_lost_ones_where_neighbours_differ_by_many_steps():
+    random = np.random.default_rng(4)
+    healthy = [_recording(random.normal(size=SAMPLES)) for _ in range(3)]
+    lost = random.normal(size=(3, SAMPLES))
+    lost[:, 101::40] = lost[:, 100::40][:, : lost[:, 101::40].shape[1]]
+    assert seen_in_waveform([_recording(one) for one in lost], healthy, ["a"]) == {"dropped_samples": ("a",)}
+    # Equal neighbours by chance, one in twelve where samples differ by five steps, are none.
+    for bits in (5.0, 100.0):
+        sound = [_recording(np.round(bits * random.normal(size=SAMPLES)) / bits) for _ in range(6)]
+        assert "dropped_samples" not in seen_in_waveform(sound[:3], sound[3:], ["a"])
+
+
 def test_a_healthy_record_shows_nothing_and_an_old_defect_is_not_new():
     healthy = [_recording(_healthy(i)) for i in range(3)]
     assert seen_in_waveform([_recording(_healthy(7))], healthy, ["a"]) == {}
@@ -94,6 +106,26 @@ def test_a_slow_vibration_and_coarse_steps_are_no_drift():
     still = [_recording(100 + 1e-4 * random.normal(size=SAMPLES)) for _ in range(6)]
     coarse = [_recording(np.round(1e4 * one.signals[0]) / 1e4) for one in still[3:]]
     assert seen_in_waveform(coarse, still[:3], ["a"]).keys() == {"quantisation"}
+
+
+def test_a_single_swing_is_no_drift_and_a_wandering_speed_is_none_of_its_sensor():
+    healthy = [_recording(_healthy(i)) for i in range(3)]
+    time = np.arange(SAMPLES) / RATE_HZ
+    swing = [_recording(_healthy(10 + i) + np.sin(2 * np.pi * time / time[-1] + i)) for i in range(3)]
+    assert seen_in_waveform(swing, healthy, ["a"]) == {}
+    steady, wandering = (_with_tacho(share) for share in (0.0, 0.05))
+    assert seen_in_waveform([wandering], [steady], ["speed", "a"]).keys() == {"speed_wander"}
+
+
+def _with_tacho(share: float) -> Recording:
+    """A shaft of about 17 Hz that becomes faster by a share within the record: tacho, speed sensor, vibration."""
+    speed = 17.3 * (1 + share * np.linspace(-0.5, 0.5, SAMPLES))
+    turns = np.cumsum(speed) / RATE_HZ
+    noise = np.random.default_rng(1).normal(size=(2, SAMPLES))
+    tacho = (turns % 1 < 0.3).astype(float)
+    signals = np.stack([tacho, 2 * np.pi * speed + 0.01 * noise[0], np.sin(2 * np.pi * turns) + 0.02 * noise[1]])
+    channels = (Channel("tacho", "tacho"), Channel("speed", "rotational_speed"), Channel("a", "displacement"))
+    return Recording(signals, RATE_HZ, channels, pulses_per_revolution=1)
 
 
 def test_an_offset_that_dies_out_is_a_drift():
