@@ -137,6 +137,9 @@ class Law:
     counts : tuple of int
         Parameters that are numbers of things and say what the others mean. Runs in which they differ do not go side by
         side.
+    self_excited : bool
+        Whether the force drives a motion of its own rhythm. A balance of what repeats with the shaft would find the
+        equilibrium beneath it, which no machine keeps.
     """
 
     name: str
@@ -145,6 +148,7 @@ class Law:
     jumps: Callable[[np.ndarray, float, float], np.ndarray] | None = None
     stiffest: Callable[[np.ndarray], float] | None = None
     counts: tuple[int, ...] = ()
+    self_excited: bool = False
 
     @property
     def is_linear(self) -> bool:

@@ -34,7 +34,7 @@ from .transfer_error import TransferError, learnt, none_of
 from .unknown_force import force_kernels
 from .verdict import told
 from .wanted_lines import wanted_lines
-from .waveform import ONLY_IN_WAVEFORM, seen_in_waveform, variations, with_doubt
+from .waveform import ONLY_IN_WAVEFORM, SUSPECTED, seen_in_waveform, variations, with_doubt
 
 HIGHEST_ORDER = 6.0
 #: From so many conditions on, a part of them is held out.
@@ -71,6 +71,8 @@ class Prepared:
     transfer : TransferError
     waveform : mapping of str to tuple of str
         Channels that show an effect of the measuring chain directly, by the effect's name.
+    flawed : tuple of str
+        Channels whose waveform shows a defect that no effect that competes makes.
     found_lines : tuple of tuple of float
         Order and added frequency (Hz) of the lines that the recordings show and that no effect states.
     pulse_rad : float
@@ -88,6 +90,7 @@ class Prepared:
     error: np.ndarray | ModelError
     transfer: TransferError
     waveform: Mapping[str, tuple[str, ...]]
+    flawed: tuple[str, ...] = ()
     found_lines: tuple[tuple[float, float], ...] = ()
     pulse_rad: float = 0.0
 
@@ -191,12 +194,13 @@ def _competing(
 def prepare(
     campaign: Campaign, machine: Machine, *, without: frozenset[str] = frozenset(), tell: Tell = lambda _: None
 ) -> Prepared:
-    """Return observed lines and the calibrated baseline; effects of ``without`` are not looked for in the waveform."""
+    """Return observed lines and the calibrated baseline; effects of ``without`` are not named from the waveform."""
     channels = _channels(campaign, machine)
     measured, healthy, further = observed(campaign, machine, channels)
     seen = seen_in_waveform(campaign.recordings, campaign.baseline, list(channels))
     waveform = {name: own for name, own in seen.items() if name not in without}
-    measured = with_doubt(with_floor(measured, REPEATABILITY), waveform, variations(campaign.recordings))
+    flawed = tuple(dict.fromkeys(name for effect in seen if effect in without - SUSPECTED for name in seen[effect]))
+    measured = with_doubt(with_floor(measured, REPEATABILITY), seen, variations(campaign.recordings))
     healthy = with_floor(healthy, REPEATABILITY) if healthy else None
     held_out = _held_out(measured)
     fitted = tuple(i for i in range(len(measured.conditions)) if i not in held_out)
@@ -226,6 +230,7 @@ def prepare(
         error,
         transfer,
         waveform,
+        flawed,
         further,
         pulse_rad,
     )

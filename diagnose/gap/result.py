@@ -212,6 +212,8 @@ class GapResult:
         For "unknown": the forces that ``extended`` has for what no effect explains.
     scores : mapping of tuple of str to Score
         Evidence, and prediction of each condition from the others, of the hypotheses that were fitted.
+    flawed : tuple of str
+        Channels whose waveform shows a defect that no effect that competes makes.
     """
 
     kind: str
@@ -234,3 +236,4 @@ class GapResult:
     remarks: tuple[str, ...] = ()
     empirical: tuple[AddedForce, ...] = ()
     scores: Mapping[tuple[str, ...], Score] = field(default_factory=dict)
+    flawed: tuple[str, ...] = ()

@@ -44,6 +44,8 @@ def told(
     remarks: Sequence[str],
 ) -> GapResult:
     """Return the whole answer; ``forces`` are added for what is unknown, ``remarks`` say what they leave out."""
+    if prepared.flawed:
+        posterior = replace(posterior, probabilities=_not_nothing(posterior.probabilities))
     kind, names, together = judged(posterior.probabilities)
     # A suspicion is a cause only where nothing else is, and the healthy machine's records do not raise it.
     suspects = kind == "none" and prepared.healthy is not None
@@ -93,6 +95,7 @@ def told(
         remarks=remarks,
         empirical=tuple(forces),
         scores=_scores(posterior),
+        flawed=prepared.flawed,
     )
 
 
@@ -148,6 +151,15 @@ def _with_shown(
             key = names
         total[key] = total.get(key, 0.0) + share
     return dict(sorted(total.items(), key=lambda item: -item[1]))
+
+
+def _not_nothing(probabilities: Mapping[tuple[str, ...], float]) -> dict[tuple[str, ...], float]:
+    """Return the hypotheses where the waveform shows what none of them makes: nothing is wrong with the lines only."""
+    moved = dict(probabilities)
+    share = SEEN * moved.get((), 0.0)
+    moved[()] = moved.get((), 0.0) - share
+    moved["unknown",] = moved.get(("unknown",), 0.0) + share
+    return dict(sorted(moved.items(), key=lambda item: -item[1]))
 
 
 def _shown(waveform: Mapping[str, tuple[str, ...]]) -> tuple[Cause, ...]:

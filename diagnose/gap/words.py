@@ -102,6 +102,7 @@ def headline(result: GapResult) -> str:
     if result.kind == "unknown":
         stated = probability_words(sum(p for names, p in result.probabilities.items() if "unknown" in names))
         where = f", clearest in {_place_words(result)}" if result.residuals else ""
+        where = f", seen in the waveform of {joined_words(list(result.flawed))}" if result.flawed else where
         shown = joined_words([cause_words(one) for one in result.causes if one.effect in ONLY_IN_WAVEFORM])
         also = f" The waveform shows {shown} as well." if shown else ""
         fitted = [one for one in result.causes if one.effect not in ONLY_IN_WAVEFORM]

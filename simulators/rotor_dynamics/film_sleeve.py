@@ -39,7 +39,7 @@ def _film(signals, parameters, x, inputs, outputs, u):  # type: ignore[no-untype
         u[outputs[1], lane] -= stiffer * upward - turning * across
 
 
-FILM = Law("oil film", _film_speed, _film)
+FILM = Law("oil film", _film_speed, _film, self_excited=True)
 
 
 def add_film_sleeve(

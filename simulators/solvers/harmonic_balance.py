@@ -102,7 +102,7 @@ def harmonic_balance(machine: Machine, *, speed_rpm: float, harmonics: int = 8, 
     InvalidValueError
         When the signals do not repeat after so many revolutions.
     NoPeriodicMotionError
-        When a nonlinear machine's balance does not converge.
+        When a nonlinear machine's balance does not converge, or a force excites itself.
     """
     return harmonic_balance_at_speeds(machine, [speed_rpm], harmonics=harmonics, revolutions=revolutions)[0]
 
@@ -177,6 +177,12 @@ def _wiring(system: System) -> object:
 def _motions(systems: list[System], speeds_rad_s: list[float], count: int, revolutions: int) -> list[PeriodicMotion]:
     """Return the motions of lanes with the same forces, up to ``count`` harmonics of the period."""
     first, orders = systems[0], np.arange(count + 1) / revolutions
+    excited = [force.name for force in first.forces if force.law.self_excited]
+    if excited:
+        raise NoPeriodicMotionError(
+            f"{', '.join(excited)} can excite a motion that does not repeat with the shaft; allowed: forces that "
+            "follow it. Simulate the machine in time instead."
+        )
     responding = _responses(systems, speeds_rad_s, count, revolutions)
     if first.forces:
         jumping = any(force.law.jumps is not None for force in first.forces)

@@ -9,7 +9,10 @@ from rotorwise.datasets.recording import Campaign, Recording
 from rotorwise.diagnose.gap import explain as module
 from rotorwise.diagnose.gap.explain import explain_gap
 from rotorwise.diagnose.gap.result import GapResult
+from rotorwise.diagnose.gap.words import verdict_words
 from rotorwise.simulators import amb_rotor
+from rotorwise.simulators.effects.coupling_stiffness_harmonics import CouplingStiffnessHarmonics
+from rotorwise.simulators.effects.dropped_samples import DroppedSamples
 from rotorwise.simulators.effects.shaft_bow import ShaftBow
 from rotorwise.simulators.machine import Machine
 
@@ -81,6 +84,28 @@ def test_a_bow_that_is_not_in_the_catalogue_is_unknown(bent):
     found = explain_gap(bent, amb_rotor, only=COMPETING - TURNING_FORCES - {"rub"})
     assert found.kind == "unknown"
     assert not found.causes
+
+
+def test_a_flaw_of_the_waveform_that_is_not_in_the_catalogue_is_unknown(real_amb_rotor, healthy):
+    lost = recorded(real_amb_rotor.with_effects(DroppedSamples(share=0.05, gap_s=5e-3)), SPEEDS_RPM, seed=31, **HOW)
+    campaign, few = Campaign(lost, healthy), TURNING_FORCES
+    found = explain_gap(campaign, amb_rotor, only=few, without=frozenset({"dropped_samples"}))
+    assert found.kind == "unknown"
+    assert not found.causes
+    assert set(found.flawed) == {channel.name for channel in lost[0].channels if channel.quantity == "displacement"}
+    assert f"seen in the waveform of {found.flawed[0]}" in verdict_words(found)
+    named = explain_gap(campaign, amb_rotor, only=few)
+    assert (named.kind, [cause.effect for cause in named.causes]) == ("one cause", ["dropped_samples"])
+    assert not named.flawed
+
+
+def test_two_effects_are_found_where_one_changes_what_the_other_makes(real_amb_rotor, healthy):
+    """A coupling of uneven stiffness makes little of the small healthy motion, and much of a bent shaft's."""
+    uneven = CouplingStiffnessHarmonics(x_1=0.1, y_1=0.3, x_2=0.1, y_2=0.05)
+    both = recorded(real_amb_rotor.with_effects(HIDDEN, uneven), SPEEDS_RPM, seed=41, **HOW)
+    found = explain_gap(Campaign(both, healthy), amb_rotor, only=COMPETING | {"coupling_stiffness_harmonics"})
+    assert found.kind == "several causes"
+    assert {cause.effect for cause in found.causes} == {"shaft_bow", "coupling_stiffness_harmonics"}
 
 
 def test_without_hypotheses_the_bow_is_not_found(bent, monkeypatch):

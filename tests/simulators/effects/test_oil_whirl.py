@@ -5,6 +5,7 @@ import pytest
 from rotorwise.simulators.effects.oil_whirl import OilWhirl
 from rotorwise.simulators.machine import find_machine
 from rotorwise.simulators.rotor_dynamics.film_sleeve import FILM
+from rotorwise.simulators.solvers.harmonic_balance import NoPeriodicMotionError, harmonic_balance
 from rotorwise.simulators.solvers.simulate import simulate
 
 from .jeffcott import CRITICAL, CRITICAL_RPM, MASS, STIFFNESS, jeffcott, rpm
@@ -96,3 +97,9 @@ def test_the_line_of_the_test_rig_tracks_the_speed(speed):
     orders = np.fft.rfftfreq(signal.size, 1 / 2048.0) * 60 / speed
     low = (orders > 0.3) & (orders < 0.7)
     assert orders[low][np.argmax(spectrum[low])] == pytest.approx(0.44, abs=0.015)
+
+
+def test_a_balance_does_not_take_the_equilibrium_beneath_the_whirl_for_the_motion():
+    machine = jeffcott(eccentricity_m=1e-6, damping_ratio=0.05).with_effects(film())
+    with pytest.raises(NoPeriodicMotionError, match="film sleeve"):
+        harmonic_balance(machine, speed_rpm=2 * ONSET)
