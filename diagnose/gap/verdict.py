@@ -65,13 +65,8 @@ def told(
             kind = "one cause" if len(causes) == 1 else "several causes"
     fitted = {fit.names for fit in (*posterior.fits, posterior.none)}
     rivals = [posterior.best(other) for other in together if other != names and other in fitted]
-    remarks = (
-        *_pulse(prepared.pulse_rad),
-        *remarks,
-        *(_suspicion(name, own) for name, own in prepared.waveform.items() if name not in shown),
-    )
-    if kind == "unknown" and not best.candidates:
-        remarks = (*_closest(posterior), *remarks)
+    suspected = [_suspicion(name, own) for name, own in prepared.waveform.items() if name not in shown]
+    closest = _closest(posterior) if kind == "unknown" and not best.candidates else ()
     added = tuple(as_effect(one) for one in forces)
     after = explained(best, everything, further=added)
     return GapResult(
@@ -92,7 +87,7 @@ def told(
         calibrated=calibrated,
         extended=best.machine(best.problem.baseline.machine if best.problem else calibrated).with_effects(*added),
         not_compared=dict(not_compared),
-        remarks=remarks,
+        remarks=(*closest, *_pulse(prepared.pulse_rad), *remarks, *suspected),
         empirical=tuple(forces),
         scores=_scores(posterior),
         flawed=prepared.flawed,
