@@ -14,7 +14,7 @@ from ...simulators.machine import Machine
 from .evidence import Comparison
 from .hypotheses import Candidate
 from .predict import Predictor, UnpredictableError
-from .refine import Responses
+from .responses import Responses
 
 #: An effect whose lines stay below this share of their deviation, at its median and far above it, is not looked at.
 INVISIBLE, STRONG = 0.3, 2.0

@@ -24,7 +24,8 @@ from .gain import predicted_db
 from .judged import TOLD_APART
 from .predict import UnpredictableError
 from .prediction import Predicted, given_others, prior_of
-from .refine import FIRST_STEPS, Fit, Responses, climbed, jointly, laws_of, own_responses
+from .refine import FIRST_STEPS, Fit, climbed, jointly, laws_of, own_responses
+from .responses import Responses
 from .search import MISFIT, Posterior
 from .shown_lines import SHOWN
 from .two_effects import MOVES

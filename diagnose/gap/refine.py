@@ -11,12 +11,19 @@ import numpy as np
 from ...simulators.machine import Machine
 from .baseline import Baseline, again
 from .coordinates import Coordinate, log_prior, values_at
-from .evidence import Comparison, Problem, Widened, law_columns, log_density, strength_columns
+from .evidence import (
+    STRENGTH_TOLERANCE,
+    Comparison,
+    Problem,
+    Widened,
+    law_columns,
+    log_density,
+    strength_columns,
+)
 from .hypotheses import Candidate
 from .predict import Predictor, UnpredictableError
+from .responses import STEP, Responses, with_candidates
 
-#: Steps of the slopes in standard coordinates: of periodic motions, and of motions simulated in time.
-STEP, STEP_IN_TIME = 2e-3, 0.05
 FIRST_STEPS, MOST_STEPS = 3, 12
 #: Least precision of an angle: of a flat prior on a full circle.
 CIRCLE_PRECISION = 12 / (2 * math.pi) ** 2
@@ -87,16 +94,27 @@ class Fit:
         return with_candidates(machine, self.candidates, self.position if position is None else position)
 
     def interval(self, number: int, *, share: float = 0.9) -> tuple[float, float]:
-        """Return the values of one coordinate's parameter that hold ``share`` of its probability."""
+        """Return the values of one coordinate's parameter that hold ``share`` of its probability.
+
+        An angle on the machine is told no better than the phase of a law: at the strongest order that is as wrong as
+        its strength.
+        """
         from scipy.special import ndtri
 
-        reach = float(ndtri(0.5 + share / 2)) * math.sqrt(self.covariance[number, number])
+        deviation = math.sqrt(self.covariance[number, number])
+        least = STRENGTH_TOLERANCE if self._acts_on_machine(number) and self.coordinates[number].is_angle else 0.0
+        reach = float(ndtri(0.5 + share / 2)) * max(deviation, least)
         one, at = self.coordinates[number], float(self.position[number])
         if one.is_angle:
             around = one.value(at) - reach, one.value(at) + reach
             return around if self.tells(number) and reach < math.pi else (-math.pi, math.pi)
         low, high = sorted((one.value(at - reach), one.value(at + reach)))
         return low, high
+
+    def _acts_on_machine(self, number: int) -> bool:
+        """Return whether a coordinate belongs to an effect on the machine, not on the measuring chain."""
+        owners = [candidate for candidate in self.candidates for _ in candidate.coordinates]
+        return owners[number].effect.STAGE != "sensor"
 
     def tells(self, number: int) -> bool:
         """Return whether the data say clearly more of a coordinate than its prior does."""
@@ -112,16 +130,6 @@ class Fit:
             found.append(values_at(candidate.coordinates, self.position[start:stop]))
             start = stop
         return found
-
-
-def with_candidates(machine: Machine, chosen: Sequence[Candidate], position: np.ndarray) -> Machine:
-    """Return the machine with the candidates' effects at a position of their joint coordinates."""
-    effects, start = [], 0
-    for candidate in chosen:
-        stop = start + len(candidate.coordinates)
-        effects.append(candidate.at(position[start:stop]))
-        start = stop
-    return machine.with_effects(*effects)
 
 
 def nothing(compared: Comparison) -> Fit:
@@ -169,44 +177,6 @@ def refined(
         return _fit(chosen, best.position, best.added, slopes, compared)
     except UnpredictableError:
         return None
-
-
-class Responses:
-    """What effects add to a machine's lines, by the position of their coordinates."""
-
-    def __init__(self, chosen: Sequence[Candidate], machine: Machine, predictor: Predictor) -> None:
-        self.chosen, self._machine, self._predictor = tuple(chosen), machine, predictor
-        self._base = predictor.amplitudes(machine)
-        self.orders = predictor.phase_orders
-
-    def __call__(self, position: np.ndarray) -> np.ndarray:
-        """Return the response, shape (conditions, probes, orders)."""
-        return self._predictor.amplitudes(self.machine(position)) - self._base
-
-    def machine(self, position: np.ndarray) -> Machine:
-        """Return the machine with the effects."""
-        return with_candidates(self._machine, self.chosen, position)
-
-    def prepare(self, positions: Sequence[np.ndarray]) -> None:
-        """Compute several responses, side by side where they are simulated in time."""
-        self._predictor.prepare([self.machine(position) for position in positions])
-
-    def repeats(self, position: np.ndarray) -> bool:
-        """Return whether the motion with the effects repeats with the shaft."""
-        return self._predictor.repeats(self.machine(position))
-
-    def slopes(self, position: np.ndarray, added: np.ndarray, alive: np.ndarray) -> np.ndarray:
-        """Return the derivatives in the coordinates at a position where the response is ``added``.
-
-        Only in the coordinates that are ``alive`` (coordinates,); the others are taken as 0.
-        """
-        step = STEP if self.repeats(position) else STEP_IN_TIME
-        moved = {int(i): position + step * np.eye(position.size)[i] for i in np.flatnonzero(alive)}
-        self.prepare(list(moved.values()))
-        found = np.zeros((position.size, *added.shape), dtype=complex)
-        for i, one in moved.items():
-            found[i] = (self(one) - added) / step
-        return found
 
 
 def jointly(fit: Fit, problem: Problem, *, moves: int) -> Fit:

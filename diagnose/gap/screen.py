@@ -20,7 +20,7 @@ from .evidence import Comparison, Widened, law_columns, log_density
 from .first_look import is_invisible, moved_to
 from .hypotheses import Candidate
 from .predict import Predictor, UnpredictableError
-from .refine import Responses
+from .responses import Responses
 
 FINE_ANGLES = 360
 #: Levels of a strength that is not proportional, of a free angle that does not only turn, of any other parameter.

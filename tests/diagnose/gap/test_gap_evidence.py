@@ -137,7 +137,8 @@ def test_two_effects_of_a_linear_machine_add_what_each_adds_alone():
     from rotorwise.diagnose.gap.coordinates import coordinates_of
     from rotorwise.diagnose.gap.hypotheses import Candidate
     from rotorwise.diagnose.gap.predict import Predictor
-    from rotorwise.diagnose.gap.refine import Responses, own_responses
+    from rotorwise.diagnose.gap.refine import own_responses
+    from rotorwise.diagnose.gap.responses import Responses
     from rotorwise.simulators import amb_rotor
     from rotorwise.simulators.effects.shaft_bow import ShaftBow
     from rotorwise.simulators.effects.unbalance import Unbalance

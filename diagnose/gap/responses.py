@@ -1,0 +1,62 @@
+"""What effects add to a machine's lines, and how that changes with their values."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...simulators.machine import Machine
+from .hypotheses import Candidate
+from .predict import Predictor
+
+#: Steps of the slopes in standard coordinates: of periodic motions, and of motions simulated in time.
+STEP, STEP_IN_TIME = 2e-3, 0.05
+
+
+class Responses:
+    """What effects add to a machine's lines, by the position of their coordinates."""
+
+    def __init__(self, chosen: Sequence[Candidate], machine: Machine, predictor: Predictor) -> None:
+        self.chosen, self._machine, self._predictor = tuple(chosen), machine, predictor
+        self._base = predictor.amplitudes(machine)
+        self.orders = predictor.phase_orders
+
+    def __call__(self, position: np.ndarray) -> np.ndarray:
+        """Return the response, shape (conditions, probes, orders)."""
+        return self._predictor.amplitudes(self.machine(position)) - self._base
+
+    def machine(self, position: np.ndarray) -> Machine:
+        """Return the machine with the effects."""
+        return with_candidates(self._machine, self.chosen, position)
+
+    def prepare(self, positions: Sequence[np.ndarray]) -> None:
+        """Compute several responses, side by side where they are simulated in time."""
+        self._predictor.prepare([self.machine(position) for position in positions])
+
+    def repeats(self, position: np.ndarray) -> bool:
+        """Return whether the motion with the effects repeats with the shaft."""
+        return self._predictor.repeats(self.machine(position))
+
+    def slopes(self, position: np.ndarray, added: np.ndarray, alive: np.ndarray) -> np.ndarray:
+        """Return the derivatives in the coordinates at a position where the response is ``added``.
+
+        Only in the coordinates that are ``alive`` (coordinates,); the others are taken as 0.
+        """
+        step = STEP if self.repeats(position) else STEP_IN_TIME
+        moved = {int(i): position + step * np.eye(position.size)[i] for i in np.flatnonzero(alive)}
+        self.prepare(list(moved.values()))
+        found = np.zeros((position.size, *added.shape), dtype=complex)
+        for i, one in moved.items():
+            found[i] = (self(one) - added) / step
+        return found
+
+
+def with_candidates(machine: Machine, chosen: Sequence[Candidate], position: np.ndarray) -> Machine:
+    """Return the machine with the candidates' effects at a position of their joint coordinates."""
+    effects, start = [], 0
+    for candidate in chosen:
+        stop = start + len(candidate.coordinates)
+        effects.append(candidate.at(position[start:stop]))
+        start = stop
+    return machine.with_effects(*effects)
