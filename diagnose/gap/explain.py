@@ -199,7 +199,9 @@ def prepare(
     measured, healthy, further = observed(campaign, machine, channels)
     seen = seen_in_waveform(campaign.recordings, campaign.baseline, list(channels))
     waveform = {name: own for name, own in seen.items() if name not in without}
-    flawed = tuple(dict.fromkeys(name for effect in seen if effect in without - SUSPECTED for name in seen[effect]))
+    beyond = [own for effect, own in seen.items() if effect in without - SUSPECTED]
+    # A wandering speed is seen in no channel of its own.
+    flawed = tuple(dict.fromkeys(name for own in beyond for name in own or ("the tacho",)))
     measured = with_doubt(with_floor(measured, REPEATABILITY), seen, variations(campaign.recordings))
     healthy = with_floor(healthy, REPEATABILITY) if healthy else None
     held_out = _held_out(measured)

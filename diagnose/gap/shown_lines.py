@@ -8,7 +8,7 @@ from ...simulators.errors import RotorwiseError
 from ...simulators.machine import Machine
 from .evidence import Comparison
 from .hypotheses import Candidate
-from .wanted_lines import is_locked, same_line
+from .wanted_lines import is_anywhere, is_locked, same_line
 
 #: A line shows from this many standard deviations on, at any probe and in any condition.
 SHOWN = 3.0
@@ -22,7 +22,7 @@ def may_show(candidate: Candidate, machine: Machine, compared: Comparison) -> bo
     """Return False for an effect all of whose lines lie beside the shaft's orders, when none of them has grown.
 
     Effects that state a line of the shaft's own orders, or none that is compared, are always looked at: what they do
-    there depends on phases and on the machine.
+    there depends on phases and on the machine. Not so one whose lines may lie at any frequency, where none was found.
 
     Parameters
     ----------
@@ -45,7 +45,10 @@ def may_show(candidate: Candidate, machine: Machine, compared: Comparison) -> bo
         if not kind.phase
         and any(same_line((abs(line.order), line.frequency_hz), (order, kind.frequency_hz), speeds) for line in lines)
     ]
-    return not columns or bool((sigmas(compared)[:, :, columns] > SHOWN).any())
+    if not columns:
+        # A line that may lie anywhere and was found nowhere is not there.
+        return not lines or not all(is_anywhere(candidate.effect, line) for line in lines)
+    return bool((sigmas(compared)[:, :, columns] > SHOWN).any())
 
 
 def standing_out(compared: Comparison) -> tuple[tuple[float, float], ...]:

@@ -46,7 +46,7 @@ def wanted_lines(machine: Machine, *, highest: float, speeds_rpm: Sequence[float
     sizes: list[tuple[float, LineKind]] = []
     for effect, lines in stated:
         free = [line for line in lines if not is_locked(line) or line.order > highest][:MOST_OF_ONE]
-        free = [line for line in free if not _is_anywhere(effect, line)]
+        free = [line for line in free if not is_anywhere(effect(), line)]
         for line in free:
             one = size_line(effect, line)
             if not any(_alike(one, other, speeds_rpm) for other in sizes):
@@ -67,14 +67,12 @@ def _stated(machine: Machine) -> list[tuple[type[Effect], tuple[Line, ...]]]:
     return found
 
 
-def _is_anywhere(effect: type[Effect], line: Line) -> bool:
+def is_anywhere(effect: Effect, line: Line) -> bool:
     """Return whether a line lies at a frequency that the effect is free to choose: it is found, not looked for."""
-    if line.order:
-        return False
-    own = effect()
-    return any(
-        one.unit == "Hz" and one.prior is not None and own.values()[one.name] == abs(line.frequency_hz)
-        for one in own.parameters()
+    values = effect.values()
+    return not line.order and any(
+        one.unit == "Hz" and one.prior is not None and values[one.name] == abs(line.frequency_hz)
+        for one in effect.parameters()
     )
 
 

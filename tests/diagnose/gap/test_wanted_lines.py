@@ -1,8 +1,15 @@
 """Which lines are looked at."""
 
+import numpy as np
 import pytest
-from rotorwise.diagnose.gap.lines import LineKind
+from rotorwise.diagnose.gap.coordinates import coordinates_of
+from rotorwise.diagnose.gap.evidence import Comparison
+from rotorwise.diagnose.gap.hypotheses import Candidate
+from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
+from rotorwise.diagnose.gap.shown_lines import may_show
+from rotorwise.diagnose.gap.transfer_error import none_of
 from rotorwise.diagnose.gap.wanted_lines import same_line, wanted_lines
+from rotorwise.simulators.effect import effect_catalogue
 from rotorwise.simulators.machine import find_machine
 
 SPEEDS_RPM = (1200.0, 1800.0, 2400.0)
@@ -42,3 +49,33 @@ def test_a_line_that_may_lie_anywhere_is_found_and_not_looked_for():
 def test_the_supply_is_looked_for_at_its_own_frequency():
     orders, kinds = wanted_lines(find_machine("rigid_coupling"), highest=6.0, speeds_rpm=SPEEDS_RPM)
     assert (0.0, LineKind(phase=False, frequency_hz=100.0)) in zip(orders, kinds, strict=True)
+
+
+def test_an_effect_whose_line_may_lie_anywhere_is_tried_only_where_one_was_found():
+    rotor, speeds = find_machine("amb_rotor"), SPEEDS_RPM
+    orders, kinds = wanted_lines(rotor, highest=6.0, speeds_rpm=speeds)
+    assert not may_show(_candidate("load_fluctuation"), rotor, _silent(orders, kinds))
+    found = LineKind(phase=False, frequency_hz=7.3)
+    there = _silent((*orders, 0.0), (*kinds, found), clear=len(orders))
+    assert may_show(_candidate("load_fluctuation", frequency_hz=7.3), rotor, there)
+    assert not may_show(_candidate("load_fluctuation"), rotor, there)
+    # Effects that state no line, or one of the shaft's, are always looked at.
+    assert may_show(_candidate("clock_error"), rotor, there)
+    assert may_show(_candidate("unbalance"), rotor, there)
+
+
+def _candidate(name, **values):
+    effect = effect_catalogue()[name]().with_values(**values)
+    return Candidate(effect, coordinates_of(effect.parameters()))
+
+
+def _silent(orders, kinds, *, clear=None):
+    """Lines of nothing in noise, of which one is clear."""
+    shape = (len(SPEEDS_RPM), 1, len(orders))
+    amplitudes = np.zeros(shape, dtype=complex)
+    if clear is not None:
+        amplitudes[:, :, clear] = 10.0
+    lines = OrderLines(tuple(map(Condition, SPEEDS_RPM)), ("a",), tuple(orders), amplitudes, np.ones(shape), kinds)
+    size, nothing = int(lines.parts.sum()), np.zeros(0)
+    unit, flat = np.eye(size), np.zeros(shape, dtype=complex)
+    return Comparison(lines, flat, unit, unit, np.zeros(size), 0.0, nothing, np.zeros((0, size)), none_of(lines))
