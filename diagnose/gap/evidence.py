@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -129,6 +130,10 @@ class Problem:
 
     def plain(self) -> Comparison:
         """Return the lines against what is expected without any effect."""
+        return self._plain
+
+    @cached_property
+    def _plain(self) -> Comparison:
         plain = comparison(self.lines, self.baseline, self.healthy, self.at_healthy, self.error)
         return replace(plain, transfer=self.transfer)
 

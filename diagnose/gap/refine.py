@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...simulators.machine import Machine
-from .baseline import Baseline, again
+from .baseline import Baseline, again, shifted
 from .coordinates import Coordinate, log_prior, values_at
 from .evidence import (
     STRENGTH_TOLERANCE,
@@ -28,6 +28,10 @@ FIRST_STEPS, MOST_STEPS = 3, 12
 #: Least precision of an angle: of a flat prior on a full circle.
 CIRCLE_PRECISION = 12 / (2 * math.pi) ** 2
 LONGEST_MOVE = 1.0
+#: Ever shorter moves that are tried at a step, and gain of the logarithm below which no further step is made; also
+#: where each is a simulation, which repeats itself no better than to some tenths.
+TRIES, TRIES_IN_TIME = 6, 3
+WORTH, WORTH_IN_TIME = 1e-2, 0.5
 #: Data tell a value where less than this share of what the prior leaves open stays open.
 TOLD = 0.8
 #: A coordinate whose whole prior moves the lines by less than this, in standard deviations, is left alone where each
@@ -38,6 +42,8 @@ DEAD = 0.3
 KNOWN_WELL = 0.02
 #: Change of the machine's own coordinates that is not worth another round.
 SMALL_CHANGE = 0.03
+#: Change of any coordinate after which the slopes of the machine's own are computed anew.
+NEARBY = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,10 +188,10 @@ def refined(
 def jointly(fit: Fit, problem: Problem, *, moves: int) -> Fit:
     """Return the fit with the machine's own unknowns linearised with the effects in place, and moved ``moves`` times.
 
-    In turn: the effects' values at fixed unknowns, then the unknowns' most probable change (Gauss-Newton with constant
-    slopes). Where each slope is a simulation in time, neither is moved: values are those that fit the machine as it
-    is calibrated, and the unknowns widen their intervals. Of a machine that itself does not repeat, the fit is returned
-    as it is.
+    In turn: the effects' values at fixed unknowns, then the unknowns' most probable change (Gauss-Newton, with slopes
+    from nearby). Where each slope is a simulation in time, neither is moved: values are those that fit the machine as
+    calibrated, and the unknowns widen their intervals. Of a machine that itself does not repeat, the fit is returned as
+    it is.
     """
     baseline = problem.baseline
     in_time = not problem.predictor.repeats(fit.machine(baseline.machine))
@@ -199,11 +205,15 @@ def jointly(fit: Fit, problem: Problem, *, moves: int) -> Fit:
     if in_time:
         compared = _before_effects(problem.around(around, fit.response), fit)
         return replace(_fit(fit.candidates, fit.position, fit.response, fit.slopes, compared), problem=problem)
-    best, least = fit, math.inf
+    best, least, seen = fit, math.inf, np.concatenate([baseline.position, fit.position])
     for count in range(moves + 1):
-        baseline = problem.baseline
+        baseline, here = problem.baseline, np.concatenate([problem.baseline.position, fit.position])
         try:
-            around = again(replace(baseline, active=moving), fit.machine(baseline.machine), problem.predictor)
+            machine = fit.machine(baseline.machine)
+            if np.abs(here - seen).max() < NEARBY:
+                around = shifted(around, machine, baseline.position - around.position, problem.predictor)
+            else:
+                around, seen = again(replace(baseline, active=moving), machine, problem.predictor), here
         except UnpredictableError:
             break
         compared = problem.around(around, fit.response)
@@ -326,17 +336,18 @@ def _climb(
     best, slopes = math.inf, None
     alive = np.ones(position.size, dtype=bool)
     for _ in range(most_steps):
+        in_time = not response.repeats(position)
         slopes = response.slopes(position, added, alive)
         law = laws_of(compared, own_responses(response.chosen, position, added, slopes))
         here = best = _objective(compared, added, position, precision, law)
         white = compared.whitened(slopes)
-        if not response.repeats(position):
+        if in_time:
             # Each costs a simulation in every condition.
             alive = (white**2).sum(axis=1) > DEAD**2
         gradient = white @ law.solve(compared.residual - compared.whitened(added)) - precision * position
         curvature = white @ law.solve(white).T + np.diag(precision)
         moved = False
-        for _ in range(6):
+        for _ in range(TRIES_IN_TIME if in_time else TRIES):
             scaled = curvature + damping * np.diag(np.diag(curvature) + 1e-9)
             move = np.linalg.solve(scaled, gradient)
             move *= min(1.0, LONGEST_MOVE / max(float(np.abs(move).max()), 1e-300))
@@ -354,7 +365,7 @@ def _climb(
             break
         position, added, damping, best = trial, there, damping / 5, value
         slopes = None
-        if here - value < 1e-2:
+        if here - value < (WORTH_IN_TIME if in_time else WORTH):
             break
     return Climbed(position, added, best, alive, slopes)
 

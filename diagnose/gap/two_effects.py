@@ -108,8 +108,13 @@ def _partners(leader: Fit, screening: Screening, problem: Problem, tell: Tell, *
 
 
 def _atoms_beside(leader: Fit, screening: Screening, problem: Problem, tell: Tell) -> dict[Candidate, Sequence[Atom]]:
-    """Return the responses, those of effects that change the structure on the machine with the leading effect."""
+    """Return the responses, those of effects that change the structure on the machine with the leading effect.
+
+    One on the measuring chain leaves the machine's motion as it is.
+    """
     atoms, few = dict(screening.atoms), problem.predictor.select(screening.chosen)
+    if leader.candidates[0].effect.STAGE == "sensor":
+        return atoms
     machine = leader.machine(problem.baseline.machine)
     for one in atoms if few.repeats(machine) else ():
         middle = one.at(np.zeros(len(one.coordinates)))

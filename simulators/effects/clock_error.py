@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +15,9 @@ if TYPE_CHECKING:
     from ..machine import Machine
     from ..sensor_record import SensorRecord
 
-FINER = 8
+#: Samples that one value between them is made of, shares of a sample at which their weights are tabulated (straight
+#: lines between these are wrong by 1e-6), and the window's shape: 100 dB down.
+TAPS, PHASES, KAISER_BETA = 48, 1024, 10.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,8 +83,8 @@ class ClockError(SensorEffect):
             instants = instants + self.jitter_s * record.rate_hz * np.clip(generator.normal(size=count), -4, 4)
         instants = np.clip(instants, 0, count - 1)
         signals = record.signals.copy()
-        for i in self.chosen(record.channels):
-            signals[i] = at_instants(signals[i], instants)
+        chosen = self.chosen(record.channels)
+        signals[chosen] = at_instants(signals[chosen], instants)
         nominal = np.arange(count)
         return replace(
             record,
@@ -95,33 +98,43 @@ class ClockError(SensorEffect):
         return ()
 
 
-def at_instants(signal: np.ndarray, instants: np.ndarray) -> np.ndarray:
-    """Return a band-limited signal between its samples.
+def at_instants(signals: np.ndarray, instants: np.ndarray) -> np.ndarray:
+    """Return band-limited signals between their samples.
 
     Parameters
     ----------
-    signal : ndarray (samples,)
+    signals : ndarray (samples,) or (channels, samples)
     instants : ndarray (instants,)
         In samples, from 0 to samples - 1.
 
     Notes
     -----
-    The spectrum gives eight values a sample, a cubic spline what lies between: the error is below 1e-4 of a line at 0.4
-    of the rate.
+    A sinc of `TAPS` samples under a Kaiser window: the error is below 2e-5 of a line up to 0.4 of the rate. At the ends
+    the signal is continued by its odd reflection, after its trend is taken off.
     """
-    from scipy.interpolate import CubicSpline
+    count = signals.shape[-1]
+    if count < 2:
+        return np.broadcast_to(signals, (*signals.shape[:-1], instants.size)).copy()
+    first, slope = signals[..., :1], (signals[..., -1:] - signals[..., :1]) / (count - 1)
+    level = signals - first - slope * np.arange(count)
+    room = [(0, 0)] * (signals.ndim - 1) + [(TAPS // 2, TAPS // 2)]
+    padded = np.pad(level, room, mode="reflect", reflect_type="odd")
+    whole = np.floor(instants).astype(int)
+    phase = (instants - whole) * PHASES
+    step = np.minimum(phase.astype(int), PHASES - 1)
+    share = phase - step
+    weights = _weights()
+    found = np.zeros((*signals.shape[:-1], instants.size))
+    for tap in range(TAPS):
+        weight = weights[tap, step] * (1 - share) + weights[tap, step + 1] * share
+        found += weight * padded[..., whole + tap + 1]
+    return found + first + slope * instants
 
-    count = signal.size
-    if count < 4:
-        return np.interp(instants, np.arange(count), signal)
-    pad = count - 1
-    long = np.pad(signal, pad, mode="reflect", reflect_type="odd")
-    # The odd continuation keeps the signal's trend; without it the ends of the transform would not meet.
-    slope = (long[-1] - long[0]) / (long.size - 1)
-    trend = long[0] + slope * np.arange(long.size)
-    fine = np.fft.irfft(np.fft.rfft(long - trend), FINER * long.size) * FINER
-    start = FINER * pad
-    wanted = fine[start : start + FINER * (count - 1) + 1]
-    position = FINER * instants
-    between = CubicSpline(np.arange(wanted.size), wanted)(position)
-    return between + long[0] + slope * (pad + instants)
+
+@cache
+def _weights() -> np.ndarray:
+    """Return each tap's weight at evenly spaced shares of a sample, shape (TAPS, PHASES + 1)."""
+    away = np.arange(TAPS)[:, None] - (TAPS // 2 - 1) - np.arange(PHASES + 1) / PHASES
+    within = np.sqrt(np.clip(1 - (away / (TAPS / 2)) ** 2, 0, None))
+    weights = np.sinc(away) * np.i0(KAISER_BETA * within) / np.i0(KAISER_BETA)
+    return weights / weights.sum(axis=0)
