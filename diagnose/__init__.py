@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .gap.explain import explain_gap
+    from .gap.explain_lines import explain_lines
     from .gap.result import GapResult
     from .pipeline import analyse, analyse_recording, read_baseline
     from .result import Analysis, Finding, Severity
@@ -18,6 +19,7 @@ __all__ = [
     "analyse",
     "analyse_recording",
     "explain_gap",
+    "explain_lines",
     "read_baseline",
 ]
 
@@ -29,6 +31,7 @@ _WHERE = {
     "analyse": "pipeline",
     "analyse_recording": "pipeline",
     "explain_gap": "gap.explain",
+    "explain_lines": "gap.explain_lines",
     "read_baseline": "pipeline",
 }
 

@@ -27,7 +27,7 @@ from .waveform import accounts_for_lines
 
 if TYPE_CHECKING:
     from ...simulators.machine import Machine
-    from .explain import Prepared
+    from .prepared import Prepared
     from .search import Posterior
 
 #: Bounds of the exponents of speed and load, and steps of the first look at them.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,10 +12,8 @@ from ...simulators.effect import effect_catalogue
 from ...simulators.errors import InvalidValueError
 from ...simulators.machine import Machine
 from ...simulators.solvers.blas import single_blas_thread
-from .baseline import Baseline, ModelError, again, model_error
-from .calibration import calibrated, residual_error
 from .envelope_noise import noise_of_records, not_of_the_fault
-from .evidence import Comparison, Problem
+from .evidence import Comparison
 from .first_look import explainable, reach
 from .found_lines import found_lines
 from .gain import measured_gain, useful_forces
@@ -24,93 +22,24 @@ from .hypotheses import Candidate, candidates
 from .lines import OrderLines
 from .observe import observe_orders, with_floor, with_reference
 from .predict import Predictor
-from .pulse_place import calibrated_with_pulse, turned
+from .prepared import REPEATABILITY, Prepared, put_together
 from .result import GapResult
 from .screen import Atom, atoms_of
 from .screening import Screening, telling_conditions
 from .search import search
 from .shown_lines import may_show, standing_out
-from .transfer_error import TransferError, learnt, none_of
 from .unknown_force import force_kernels
 from .verdict import told
 from .wanted_lines import wanted_lines
 from .waveform import ONLY_IN_WAVEFORM, SUSPECTED, seen_in_waveform, variations, with_doubt
 
 HIGHEST_ORDER = 6.0
-#: From so many conditions on, a part of them is held out.
-CONDITIONS_TO_HOLD_OUT = 4
 #: Conditions in which all candidates are screened; the best are then followed in all of them.
 SCREENED_CONDITIONS = 3
 #: The same where every response is a simulation in time, and candidates that are then followed further.
 SCREENED_IN_TIME, FOLLOWED_IN_TIME = 2, 16
 
-#: Relative change of any line from one run of the same machine to the next, its speed and temperature nearly the same.
-REPEATABILITY = 0.005
-
 Tell = Callable[[str], None]
-
-
-@dataclass(frozen=True, eq=False)
-class Prepared:
-    """What the search works on.
-
-    Attributes
-    ----------
-    measured : OrderLines
-        All conditions to explain.
-    fitted, held_out : tuple of int
-        Numbers of the conditions that are fitted, and of those that are not.
-    healthy : OrderLines or None
-    predictor : Predictor
-        For all conditions to explain.
-    healthy_predictor : Predictor or None
-    baseline : Baseline
-        Calibrated, in all conditions to explain.
-    at_healthy : Baseline or None
-    error : ndarray (probes, orders) or ModelError
-    transfer : TransferError
-    waveform : mapping of str to tuple of str
-        Channels that show an effect of the measuring chain directly, by the effect's name.
-    flawed : tuple of str
-        Channels whose waveform shows a defect that no effect that competes makes.
-    found_lines : tuple of tuple of float
-        Order and added frequency (Hz) of the lines that the recordings show and that no effect states.
-    pulse_rad : float
-        Angle of the machine at the tacho's pulse: the lines' phases are counted from the machine's zero.
-    """
-
-    measured: OrderLines
-    fitted: tuple[int, ...]
-    held_out: tuple[int, ...]
-    healthy: OrderLines | None
-    predictor: Predictor
-    healthy_predictor: Predictor | None
-    baseline: Baseline
-    at_healthy: Baseline | None
-    error: np.ndarray | ModelError
-    transfer: TransferError
-    waveform: Mapping[str, tuple[str, ...]]
-    flawed: tuple[str, ...] = ()
-    found_lines: tuple[tuple[float, float], ...] = ()
-    pulse_rad: float = 0.0
-
-    def problem(self, chosen: Sequence[int]) -> Problem:
-        """Return the problem of some of the conditions."""
-        part = replace(
-            self.baseline, lines=self.baseline.lines[list(chosen)], slopes=self.baseline.slopes[:, list(chosen)]
-        )
-        predictor = self.predictor.select(chosen)
-        healthy = self.healthy_predictor or predictor
-        return Problem(
-            self.measured.select(chosen),
-            part,
-            self.healthy,
-            self.at_healthy,
-            self.error,
-            self.transfer,
-            predictor,
-            healthy,
-        )
 
 
 @single_blas_thread
@@ -143,7 +72,13 @@ def explain_gap(
         When no channel is a probe of the machine, or a recording cannot be used.
     """
     tell("observing the recordings")
-    prepared = prepare(campaign, machine, without=without, tell=tell)
+    return explained(prepare(campaign, machine, without=without, tell=tell), machine, without, only, tell)
+
+
+def explained(
+    prepared: Prepared, machine: Machine, without: frozenset[str], only: frozenset[str] | None, tell: Tell
+) -> GapResult:
+    """Return the answer to a calibrated machine and the lines to explain; parameters as of `explain_gap`."""
     problem = prepared.problem(prepared.fitted)
     part = problem.predictor
     compared = problem.plain()
@@ -204,38 +139,12 @@ def prepare(
     flawed = tuple(dict.fromkeys(name for own in beyond for name in own or ("the tacho",)))
     measured = with_doubt(with_floor(measured, REPEATABILITY), seen, variations(campaign.recordings))
     healthy = with_floor(healthy, REPEATABILITY) if healthy else None
-    held_out = _held_out(measured)
-    fitted = tuple(i for i in range(len(measured.conditions)) if i not in held_out)
     predictor = _predictor(measured, campaign.recordings)
-    own = _predictor(healthy, campaign.baseline) if healthy else predictor.select(fitted)
-    if healthy and predictor.noise is not None and own.noise is not None:
+    own = _predictor(healthy, campaign.baseline) if healthy else None
+    if healthy and own and predictor.noise is not None and own.noise is not None:
         predictor = replace(predictor, noise=not_of_the_fault(predictor.noise, measured, own.noise, healthy))
-    pulse_rad = 0.0
-    if healthy:
-        at_calibration, pulse_rad = calibrated_with_pulse(machine, healthy, own, tell=tell)
-        measured, healthy = turned(measured, pulse_rad), turned(healthy, pulse_rad)
-    else:
-        at_calibration = calibrated(machine, measured.select(fitted), own, tell=tell)
-    baseline = again(at_calibration, at_calibration.machine, predictor)
-    error = residual_error(at_calibration, healthy) if healthy else model_error(at_calibration.lines)
-    probes = machine.bare_assembly().probes
-    transfer = learnt(at_calibration, healthy, probes) if healthy else none_of(measured)
-    return Prepared(
-        measured,
-        fitted,
-        held_out,
-        healthy,
-        predictor,
-        own if healthy else None,
-        baseline,
-        at_calibration if healthy else None,
-        error,
-        transfer,
-        waveform,
-        flawed,
-        further,
-        pulse_rad,
-    )
+    found = put_together(machine, measured, predictor, healthy, own, tell=tell)
+    return replace(found, waveform=waveform, flawed=flawed, found_lines=further)
 
 
 def observed(
@@ -312,12 +221,3 @@ def _channels(campaign: Campaign, machine: Machine) -> dict[str, str]:
             f"{', '.join(probes)}. Say which is which with --probe CHANNEL=PROBE."
         )
     return {name: name for name in shared}
-
-
-def _held_out(measured: OrderLines) -> tuple[int, ...]:
-    """Return every fourth condition by speed, never the lowest or the highest; none of fewer than four."""
-    count = len(measured.conditions)
-    if count < CONDITIONS_TO_HOLD_OUT:
-        return ()
-    by_speed = sorted(range(count), key=lambda i: (measured.conditions[i].speed_rpm, i))
-    return tuple(sorted(by_speed[2:-1:4])) or (by_speed[1],)

@@ -19,7 +19,7 @@ from .result import Gain
 from .search import Posterior
 
 if TYPE_CHECKING:
-    from .explain import Prepared
+    from .prepared import Prepared
 
 #: Accuracy of a line beside its noise: lines far above the noise do not count for more than this allows.
 ACCURACY = 0.01

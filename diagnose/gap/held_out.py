@@ -32,7 +32,7 @@ from .two_effects import MOVES
 from .unknown_force import force_kernels, unexplained
 
 if TYPE_CHECKING:
-    from .explain import Prepared
+    from .prepared import Prepared
 
 Names = tuple[str, ...]
 #: A rival whose held-out error is this much smaller draws level, of the most probable ones.

@@ -13,7 +13,7 @@ from .predict import Predictor, UnpredictableError
 from .refine import Fit
 
 if TYPE_CHECKING:
-    from .explain import Prepared
+    from .prepared import Prepared
 
 #: Speeds that can be run, as shares of the lowest and the highest recorded one.
 SLOWER, FASTER, SPEEDS = 0.6, 1.25, 12

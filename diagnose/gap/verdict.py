@@ -27,7 +27,7 @@ from .wanted_lines import is_locked
 from .waveform import SUSPECTED, accounts_for_lines
 
 if TYPE_CHECKING:
-    from .explain import Prepared
+    from .prepared import Prepared
 
 MOST_RESIDUALS = 40
 #: Probability of an effect that the waveform shows: the data checks' own false alarms are left to it.

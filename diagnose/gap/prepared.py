@@ -1,0 +1,139 @@
+"""What the search works on: the lines to explain beside a machine that is calibrated on its healthy lines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ...simulators.machine import Machine
+from .baseline import Baseline, ModelError, again, model_error
+from .calibration import calibrated, residual_error
+from .evidence import Problem
+from .lines import OrderLines
+from .predict import Predictor
+from .pulse_place import calibrated_with_pulse, turned
+from .transfer_error import TransferError, learnt, none_of
+
+#: From so many conditions on, a part of them is held out.
+CONDITIONS_TO_HOLD_OUT = 4
+#: Relative change of any line from one run of the same machine to the next, its speed and temperature nearly the same.
+REPEATABILITY = 0.005
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """What the search works on.
+
+    Attributes
+    ----------
+    measured : OrderLines
+        All conditions to explain.
+    fitted, held_out : tuple of int
+        Numbers of the conditions that are fitted, and of those that are not.
+    healthy : OrderLines or None
+    predictor : Predictor
+        For all conditions to explain.
+    healthy_predictor : Predictor or None
+    baseline : Baseline
+        Calibrated, in all conditions to explain.
+    at_healthy : Baseline or None
+    error : ndarray (probes, orders) or ModelError
+    transfer : TransferError
+    waveform : mapping of str to tuple of str
+        Channels that show an effect of the measuring chain directly, by the effect's name.
+    flawed : tuple of str
+        Channels whose waveform shows a defect that no effect that competes makes.
+    found_lines : tuple of tuple of float
+        Order and added frequency (Hz) of the lines that the recordings show and that no effect states.
+    pulse_rad : float
+        Angle of the machine at the tacho's pulse: the lines' phases are counted from the machine's zero.
+    """
+
+    measured: OrderLines
+    fitted: tuple[int, ...]
+    held_out: tuple[int, ...]
+    healthy: OrderLines | None
+    predictor: Predictor
+    healthy_predictor: Predictor | None
+    baseline: Baseline
+    at_healthy: Baseline | None
+    error: np.ndarray | ModelError
+    transfer: TransferError
+    waveform: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    flawed: tuple[str, ...] = ()
+    found_lines: tuple[tuple[float, float], ...] = ()
+    pulse_rad: float = 0.0
+
+    def problem(self, chosen: Sequence[int]) -> Problem:
+        """Return the problem of some of the conditions."""
+        part = replace(
+            self.baseline, lines=self.baseline.lines[list(chosen)], slopes=self.baseline.slopes[:, list(chosen)]
+        )
+        predictor = self.predictor.select(chosen)
+        healthy = self.healthy_predictor or predictor
+        return Problem(
+            self.measured.select(chosen),
+            part,
+            self.healthy,
+            self.at_healthy,
+            self.error,
+            self.transfer,
+            predictor,
+            healthy,
+        )
+
+
+def put_together(
+    machine: Machine,
+    measured: OrderLines,
+    predictor: Predictor,
+    healthy: OrderLines | None = None,
+    healthy_predictor: Predictor | None = None,
+    *,
+    tell: Callable[[str], None] = lambda _: None,
+) -> Prepared:
+    """Return the machine calibrated on its healthy lines, or on those to explain where there are none.
+
+    Parameters
+    ----------
+    machine : Machine
+    measured, healthy : OrderLines
+        To explain, and of the healthy machine; of the same probes and lines.
+    predictor, healthy_predictor : Predictor
+        For their conditions.
+    """
+    held_out = _held_out(measured)
+    fitted = tuple(i for i in range(len(measured.conditions)) if i not in held_out)
+    pulse_rad = 0.0
+    if healthy and healthy_predictor:
+        at_calibration, pulse_rad = calibrated_with_pulse(machine, healthy, healthy_predictor, tell=tell)
+        measured, healthy = turned(measured, pulse_rad), turned(healthy, pulse_rad)
+    else:
+        at_calibration = calibrated(machine, measured.select(fitted), predictor.select(fitted), tell=tell)
+    baseline = again(at_calibration, at_calibration.machine, predictor)
+    error = residual_error(at_calibration, healthy) if healthy else model_error(at_calibration.lines)
+    probes = machine.bare_assembly().probes
+    return Prepared(
+        measured=measured,
+        fitted=fitted,
+        held_out=held_out,
+        healthy=healthy,
+        predictor=predictor,
+        healthy_predictor=healthy_predictor,
+        baseline=baseline,
+        at_healthy=at_calibration if healthy else None,
+        error=error,
+        transfer=learnt(at_calibration, healthy, probes) if healthy else none_of(measured),
+        pulse_rad=pulse_rad,
+    )
+
+
+def _held_out(measured: OrderLines) -> tuple[int, ...]:
+    """Return every fourth condition by speed, never the lowest or the highest; none of fewer than four."""
+    count = len(measured.conditions)
+    if count < CONDITIONS_TO_HOLD_OUT:
+        return ()
+    by_speed = sorted(range(count), key=lambda i: (measured.conditions[i].speed_rpm, i))
+    return tuple(sorted(by_speed[2:-1:4])) or (by_speed[1],)
