@@ -36,6 +36,8 @@ FAR_BEHIND = 300.0
 #: Starts of one effect, and of one that is simulated in time; of one whose response bends with its strength each is
 #: followed to the end, as a contact that opens in some of the conditions only makes hills between them.
 STARTS, STARTS_IN_TIME, STARTS_OF_BENT = 2, 1, 3
+#: The best one, where it leaves more than noise, is followed again from so many places about its end, so far away.
+SHAKES, SHAKEN_BY = 4, 0.3
 #: Chance below which the best hypothesis' residual is too large to be noise: what is left is then unknown.
 MISFIT = 1e-3
 
@@ -113,7 +115,7 @@ def search(
         if options[0].score > every[0][0].score - FAR_BEHIND
         or predictor.repeats(machine.with_effects(options[0].candidate.at(options[0].position)))
     ]
-    singles = _singles(screened, screening, problem, tell)
+    singles = _singles(screened, screening, problem, none, tell)
     singles = [fit for fit in singles if fit.log_evidence > none.log_evidence - HOPELESS]
     singles = _jointly_best(singles, problem, none) if singles else []
     pairs = two_effects(singles, screening, problem, none, tell) if singles else []
@@ -129,7 +131,7 @@ def search(
     return _posterior(compared, none, (*fits, *beside), unknown, count, rest) if beside else posterior
 
 
-def _singles(screened: list[list[Start]], screening: Screening, problem: Problem, tell: Tell) -> list[Fit]:
+def _singles(screened: list[list[Start]], screening: Screening, problem: Problem, none: Fit, tell: Tell) -> list[Fit]:
     """Return the fits of single effects: a few steps with each, the best of them to the end."""
     compared, machine, predictor = problem.plain(), problem.baseline.machine, problem.predictor
     begun: list[tuple[Candidate, list[Climbed]]] = []
@@ -147,7 +149,18 @@ def _singles(screened: list[list[Start]], screening: Screening, problem: Problem
     for one, tried in begun[:FINISHED]:
         fits = [refined([one], first.position, compared, machine, predictor) for first in tried]
         found += sorted((fit for fit in fits if fit), key=lambda fit: -fit.log_evidence)[:1]
-    return found
+    found.sort(key=lambda fit: -fit.log_evidence)
+    return [_shaken(fit, problem, none) for fit in found[:1]] + found[1:]
+
+
+def _shaken(fit: Fit, problem: Problem, none: Fit) -> Fit:
+    """Return the fit of an effect that explains most, but leaves more than noise, or a better one from near by."""
+    if explains_little(_power(fit), none) or chance_of_residual(fit) > MISFIT:
+        return fit
+    compared, machine, predictor = problem.plain(), problem.baseline.machine, problem.predictor
+    draws = np.random.default_rng(0).normal(scale=SHAKEN_BY, size=(SHAKES, fit.position.size))
+    found = [refined(fit.candidates, place, compared, machine, predictor) for place in fit.position + draws]
+    return max([fit, *(one for one in found if one)], key=lambda one: one.log_evidence)
 
 
 def _power(fit: Fit) -> float:
