@@ -26,6 +26,8 @@ PRIOR = {"none": 0.4, "one": 0.4, "two": 0.1, "unknown": 0.06, "beside": 0.04}
 #: Effects of which a few steps are made, of these the ones followed to the end, and of these the ones compared with the
 #: machine re-fitted beside them.
 REFINED, FINISHED, JOINT = 8, 4, 3
+#: Effects of more strengths are among them whatever the first look, which is a rough one in so many dimensions.
+MANY = 3
 #: An effect with so much less evidence than nothing at all is not followed.
 HOPELESS = 5.0
 #: Where nothing at all explains the data with this chance, effects that are no better in the first look are not
@@ -108,7 +110,9 @@ def search(
     first_look = {}
     if chance_of_residual(none) > GOOD:
         first_look = {o[0].candidate: o[0].score - plain for o in every if o[0].score <= plain}
-    screened = [options for options in few_of_each(every)[:REFINED] if options[0].candidate not in first_look]
+    ranked = few_of_each(every)
+    screened = ranked[:REFINED] + [one for one in ranked[REFINED:] if len(one[0].candidate.strengths) > MANY]
+    screened = [options for options in screened if options[0].candidate not in first_look]
     screened = [
         options
         for options in screened
