@@ -18,8 +18,8 @@ from .refine import FIRST_STEPS, Fit, climbed, jointly, nothing, refined
 from .screen import Atom, Start, atoms_of
 from .screening import Screening, few_of_each
 
-#: Best single effects to which partners are tried, and partners of each.
-LEADERS, PARTNERS = 2, 3
+#: Partners that are tried of the best single effect, and of the second best.
+PARTNERS = (6, 3)
 #: Of the best one, where the two together are simulated in time.
 PARTNERS_IN_TIME = 2
 #: A second effect needs this much more evidence than the best single one.
@@ -42,14 +42,14 @@ def two_effects(
     singles: Sequence[Fit], screening: Screening, problem: Problem, none: Fit, tell: Tell = lambda _: None
 ) -> list[Fit]:
     """Return the fits of two effects that have clearly more evidence than the best of one."""
-    leaders = _best_of_each(singles)[:LEADERS]
+    leaders = _best_of_each(singles)[: len(PARTNERS)]
     best = leaders[0].log_evidence
     explained = chance_of_residual(leaders[0]) > EXPLAINED
     found = []
     for rank, leader in enumerate(leaders):
         ranked = _partners(leader, screening, problem, tell, explained=explained)
         others = [options for options in ranked if options[0].candidate.name not in leader.names]
-        for number, options in enumerate(others[:PARTNERS]):
+        for number, options in enumerate(others[: PARTNERS[rank]]):
             in_time = not _repeat(leader, options[0], problem)
             if in_time and (rank or number >= PARTNERS_IN_TIME):
                 continue
