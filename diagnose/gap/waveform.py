@@ -14,6 +14,7 @@ from ...datasets.recording import Recording
 from ..signal.checks import check_channel
 from ..signal.speed import speed_from_tacho
 from .lines import LineKind, OrderLines
+from .phase_wander import phase_wander
 
 #: The effect of the catalogue that each data check shows.
 SHOWN_BY = {
@@ -33,7 +34,8 @@ LOSSY = ("clipping", "dropped_samples")
 SUSPECTED = frozenset({"aliasing"})
 #: Relative error of the lines of a channel that shows a defect.
 DOUBT = 0.2
-#: Change of speed within a record, by its tacho, that counts as wander, and growth over the healthy records.
+#: Change of speed within a record, by its tacho, that counts as wander, and growth over the healthy records, which also
+#: holds for what only the phase of 1X shows.
 WANDER, WANDER_GROWTH = 0.002, 3.0
 #: Growth over the healthy records from which held samples, steps and trends count, and the least that counts at all:
 #: share of samples held, step over the standard deviation, trend over the standard deviation.
@@ -79,12 +81,22 @@ def seen_in_waveform(
         for effect, count in counts.items():
             if 2 * count >= len(recordings):
                 found.setdefault(effect, []).append(name)
-    usual_wander = variations(healthy).max(initial=0.0)
-    if np.median(variations(recordings)) > max(WANDER, WANDER_GROWTH * usual_wander):
+    if _wanders(recordings, healthy):
         found["speed_wander"] = []
         # A sensor of the speed drifts with the speed.
         found["dc_drift"] = [name for name in found.get("dc_drift", []) if not _shows_speed(recordings[0], name)]
     return {effect: tuple(names) for effect, names in found.items() if names or effect == "speed_wander"}
+
+
+def _wanders(recordings: Sequence[Recording], healthy: Sequence[Recording]) -> bool:
+    """Return whether the speed wanders within most recordings, by the tacho or by the phase of 1X against it."""
+    if np.median(variations(recordings)) > max(WANDER, WANDER_GROWTH * variations(healthy).max(initial=0.0)):
+        return True
+    now = [phase_wander(one) for one in recordings]
+    change = float(np.median([change * shown for change, shown in now]))
+    # Every machine's speed wanders a little: without healthy records that is no news.
+    usual = max((phase_wander(one)[0] for one in healthy), default=WANDER)
+    return change > WANDER_GROWTH * usual
 
 
 def _shows_speed(recording: Recording, name: str) -> bool:
