@@ -171,7 +171,7 @@ def measured(
     # Settings without sense may leave the number range; what comes out is looked at.
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         record = run_chain(record, sensor_effects(machine), samples=samples, seed=seed, chain=chain)
-    signals, channels = record.signals, [_channel(probe) for probe in kept]
+    signals, channels = record.signals, [channel_of(probe) for probe in kept]
     if not np.isfinite(signals).all():
         raise SimulationError(f"The measuring chain makes no finite signal of {machine.name}: {chain}. Change it.")
     if chain.pulses_per_revolution:
@@ -237,7 +237,8 @@ def recordable(there: Sequence[Probe], wanted: Sequence[str]) -> tuple[list[Prob
     return kept, [f"Left out, as recordings hold no such unit: {', '.join(lost)}."] if lost else []
 
 
-def _channel(probe: Probe) -> Channel:
+def channel_of(probe: Probe) -> Channel:
+    """Return the channel that records a probe."""
     unit = parse_unit(probe.unit)
     assert unit is not None
     if unit.to_si != 1.0:

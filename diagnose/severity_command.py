@@ -97,7 +97,7 @@ def estimate(
     as_json: AsJson = False,
 ) -> None:
     """Estimate severities in recordings of the machine that a model was trained on."""
-    from ..datasets.reading import read
+    from ..datasets.reading import find_recordings, read
     from .learning.severity.model_file import load_model
     from .learning.severity.words import answer_data, answer_lines
 
@@ -107,8 +107,14 @@ def estimate(
         channels = options.channel_metadata(unit, sensitivity, channel_name, None, None)
         machine = options.machine_metadata(bearing, None, None, None, None, None, None)
         metadata = record.merged_over(channels).merged_over(machine)
+        # A file that is missing is told of beside the others.
+        paths = [one for file in files for one in (find_recordings([file])[0] if file.is_dir() else [file])]
+        if not paths:
+            raise InvalidValueError(
+                f"No recording in {', '.join(map(str, files))}; allowed: files that a reader knows. Name recordings."
+            )
     found: list[dict[str, Any]] = []
-    for file in files:
+    for file in paths:
         try:
             answer = loaded.estimate(read(file, metadata=metadata, sidecar=sidecar))
         except (RotorwiseError, OSError) as problem:

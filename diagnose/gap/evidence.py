@@ -25,8 +25,8 @@ from .transfer_error import TransferError, none_of
 
 #: Of lines with phase, and of sizes of lines without: transfer paths at high frequencies are known to a factor.
 LAW_TOLERANCE, LAW_TOLERANCE_OF_SIZES = 0.15, 0.5
-#: Of the real and the imaginary part of the strongest order: a law is right to 10 %.
-STRENGTH_TOLERANCE = 0.1 / math.sqrt(2)
+#: Of the real and the imaginary part of the strongest order: a law is right to 10 %, sizes to a factor.
+STRENGTH_TOLERANCE, STRENGTH_TOLERANCE_OF_SIZES = 0.1 / math.sqrt(2), 0.5 / math.sqrt(2)
 PROBE_TOLERANCE, PROBE_TOLERANCE_OF_SIZES = 0.02, 0.3
 #: Of one size in one condition at one probe: a resonance on the way from the bearing to a sensor lies elsewhere in a
 #: real machine, and passes other multiples of the line at other speeds. Below this share of the noise it says nothing.
@@ -300,14 +300,18 @@ def _scattered_sizes(lines: OrderLines, response: np.ndarray) -> np.ndarray:
     return found
 
 
-def strength_columns(compared: Comparison, response: np.ndarray) -> np.ndarray:
+def strength_columns(compared: Comparison, response: np.ndarray, *, exact: bool = False) -> np.ndarray:
     """Return the whitened directions in which the strongest order of a response may be wrong, shape (2, reals).
+
+    A line without phase is predicted to a factor, but for ``exact`` effects: those of the measuring chain.
 
     They look like another strength, and cost no fit anything; the strength's interval has to hold them.
     """
     power = [float((compared.whitened(one) ** 2).sum()) for one in _orders(response)]
-    strongest = _orders(response)[int(np.argmax(power))]
-    return STRENGTH_TOLERANCE * compared.whitened(np.stack([strongest, 1j * strongest]))
+    number = int(np.argmax(power))
+    strongest, to_a_factor = _orders(response)[number], not (exact or compared.lines.kinds[number].phase)
+    tolerance = STRENGTH_TOLERANCE_OF_SIZES if to_a_factor else STRENGTH_TOLERANCE
+    return tolerance * compared.whitened(np.stack([strongest, 1j * strongest]))
 
 
 def _orders(response: np.ndarray) -> np.ndarray:

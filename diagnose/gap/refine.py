@@ -269,10 +269,28 @@ def _fit(
         + 0.5 * len(coordinates) * math.log(2 * math.pi)
         - 0.5 * float(np.linalg.slogdet(information)[1])
     )
-    open_strength = Widened(np.concatenate([law.directions, *(strength_columns(compared, one) for one in own)]))
+    strengths = [
+        strength_columns(compared, one, exact=candidate.effect.STAGE == "sensor")
+        for candidate, one in zip(chosen, own, strict=True)
+    ]
+    open_strength = Widened(np.concatenate([law.directions, *strengths]))
     covariance = np.linalg.inv(white @ open_strength.solve(white).T + np.diag(least))
     found = Fit(tuple(chosen), position, covariance, added, slopes, evidence, residual, law.directions)
     return replace(found, compared=compared)
+
+
+def density(response: Responses, position: np.ndarray, compared: Comparison) -> float:
+    """Return the logarithm of likelihood and prior of one effect, its law's tolerance there included.
+
+    Minus infinity where its motion cannot be computed.
+    """
+    try:
+        added = response(position)
+    except UnpredictableError:
+        return -math.inf
+    coordinates = [c for candidate in response.chosen for c in candidate.coordinates]
+    residual = compared.residual - compared.whitened(added)
+    return log_density(compared, residual, laws_of(compared, [added])) + log_prior(coordinates, position)
 
 
 def laws_of(compared: Comparison, responses: Sequence[np.ndarray]) -> Widened:

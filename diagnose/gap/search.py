@@ -14,8 +14,9 @@ from .hypotheses import Candidate
 from .judged import judged
 from .null_distribution import chance_of_residual
 from .prediction import Predicted
-from .refine import FIRST_STEPS, Climbed, Fit, climbed, jointly, nothing, refined
-from .screen import Start
+from .refine import FIRST_STEPS, Climbed, Fit, climbed, density, jointly, nothing, refined
+from .responses import Responses
+from .screen import Start, scaled_strengths
 from .screening import Screening, few_of_each
 from .two_effects import CLOSE, MOVES, explains_little, two_effects
 from .unknown_force import Unknown, unexplained
@@ -40,6 +41,8 @@ FAR_BEHIND = 300.0
 STARTS, STARTS_IN_TIME, STARTS_OF_BENT = 2, 1, 3
 #: The best one, where it leaves more than noise, is followed again from so many places about its end, so far away.
 SHAKES, SHAKEN_BY = 4, 0.3
+#: Factors of the strength that are tried where each is a simulation.
+SCANNED = (0.5, 0.7, 1.4, 2.0, 3.0)
 #: Chance below which the best hypothesis' residual is too large to be noise: what is left is then unknown.
 MISFIT = 1e-3
 
@@ -153,8 +156,31 @@ def _singles(screened: list[list[Start]], screening: Screening, problem: Problem
     for one, tried in begun[:FINISHED]:
         fits = [refined([one], first.position, compared, machine, predictor) for first in tried]
         found += sorted((fit for fit in fits if fit), key=lambda fit: -fit.log_evidence)[:1]
+    found = [_scanned(fit, problem) for fit in found]
     found.sort(key=lambda fit: -fit.log_evidence)
     return [_shaken(fit, problem, none) for fit in found[:1]] + found[1:]
+
+
+def _scanned(fit: Fit, problem: Problem) -> Fit:
+    """Return the fit of an effect that is simulated in time, or the one from a better strength far away, if any.
+
+    Sizes are predicted to a factor only, and how wide that factor lets them be grows with the strength: steps that take
+    the law of where they stand may end at half the strength.
+    """
+    compared, machine, predictor = problem.plain(), problem.baseline.machine, problem.predictor
+    one = fit.candidates[0]
+    if predictor.repeats(fit.machine(machine)) or not one.strengths:
+        return fit
+    tried = [scaled_strengths(one, fit.position, one.strengths, factor) for factor in SCANNED]
+    response, places = Responses([one], machine, predictor), [place for place in tried if place is not None]
+    response.prepare(places)
+    best, start = density(response, fit.position, compared), fit.position
+    for place in places:
+        there = density(response, place, compared)
+        if there > best:
+            best, start = there, place
+    found = None if start is fit.position else refined([one], start, compared, machine, predictor)
+    return found if found and found.log_evidence > fit.log_evidence else fit
 
 
 def _shaken(fit: Fit, problem: Problem, none: Fit) -> Fit:

@@ -66,8 +66,10 @@ def on_dataset(
         known = sorted(set(table.columns["split"].tolist()))
         if split not in known:
             raise InvalidValueError(f"--split {split!r}; allowed: {', '.join(known)}. Correct it.")
-        table = table.where(table.columns["split"] == split)
+    # What is evident is told by the healthy records of the whole table, as in the training.
     rows = learning_set(table, seed=seed)
+    if split is not None:
+        rows = rows.where(rows.columns["split"] == split)
     found = judged(model.classifier, rows.values, rows.truth, unknown_below=model.card["unknown_below"])
     conditions = {"speed_rpm": rows.columns["speed_rpm"], "load": rows.columns["load"].astype(float)}
     parts = {
@@ -80,7 +82,7 @@ def on_dataset(
         "situations": {name: _brief(part) for name, part in parts.items() if len(part.truth)},
     }
     remarks = list(model.remarks)
-    machines = {f"{kind}/{group}" for kind, group in zip(table.columns["machine"], table.columns["group"], strict=True)}
+    machines = set(rows.groups.tolist())
     if seen & machines:
         remarks.append(
             f"{len(seen & machines)} of {len(machines)} machines of this dataset were learned: such rows flatter. Give "

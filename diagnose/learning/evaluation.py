@@ -146,7 +146,9 @@ def _ranges(column: np.ndarray, bins: int) -> dict[str, np.ndarray]:
     known = np.isfinite(column)
     values = np.unique(column[known])
     if values.size <= bins:
-        return {f"{value:.4g}": column == value for value in values}
+        # Speeds that read alike are one row.
+        labels = np.array([f"{value:.4g}" for value in column])
+        return {label: known & (labels == label) for label in dict.fromkeys(f"{value:.4g}" for value in values)}
     edges = np.unique(np.quantile(column[known], np.linspace(0, 1, bins + 1)))
     found = {}
     for low, high in pairwise(edges):

@@ -103,6 +103,28 @@ def model_from_bytes(content: bytes, *, name: str) -> Model:
     found = unpacked(content, KIND, trusted=TRUSTED, name=name, here=here)
     try:
         card = json.loads(found["card"])
-        return Model(found["classifier"], tuple(found["features"]), card, other_versions(card, here))
+        model = Model(found["classifier"], tuple(found["features"]), card, other_versions(card, here))
     except Exception as problem:
         raise unreadable(problem, KIND, name=name, here=here) from None
+    wrong = _wrong(model)
+    if wrong:
+        raise ModelFileError(f"{name} is no model that can answer: {wrong}. Train it again (rotorwise train).")
+    return model
+
+
+def _wrong(model: Model) -> str:
+    """Return why a model would answer with a traceback, or to features that it never learned; empty when sound."""
+    from .changes import model_feature_names
+    from .fault_classifier import FaultClassifier
+
+    if not isinstance(model.classifier, FaultClassifier):
+        return f"a {type(model.classifier).__name__} instead of a classifier of faults"
+    if not hasattr(model.classifier, "classes_"):
+        return "it was not fitted"
+    names = model_feature_names()
+    if model.features != names or getattr(model.classifier, "n_features_in_", 0) != len(names):
+        return f"it takes other features than the {len(names)} of this rotorwise"
+    unknown_below = model.card.get("unknown_below") if isinstance(model.card, dict) else None
+    if not (isinstance(unknown_below, int | float) and 0 <= unknown_below < 1):
+        return f"its limit of unknown is {unknown_below!r}"
+    return ""

@@ -16,6 +16,7 @@ from ...result import Severity
 from ...severity import assess
 from .conformal import ConformalRegressor
 from .feature_row import ShaftLines
+from .nameplate import of_machine
 from .predicted_zone import PredictedZone, disagreement, predicted_zone
 from .reading import SeverityTable, features_of, probes_of, read_table, reference_machine
 from .targets import TARGETS, target_named
@@ -122,7 +123,7 @@ class SeverityModel:
             )
         row = np.array([[values[name] for name in self.features]])
         found = {name: self._estimate(name, row) for name in self.regressors}
-        shown, refusal = assess(recording, speed_rpm=lines.speed_rpm)
+        shown, refusal = assess(of_machine(recording, self.responses.machine), speed_rpm=lines.speed_rpm)
         predicted = self.predict_zones(lines, {name: tuple(ends) for name, ends in found.items()})
         worst = shown[0] if shown else None
         doubts = [disagreement(one, worst) for one in predicted.values()] if worst else []

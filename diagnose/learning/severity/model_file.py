@@ -8,7 +8,9 @@ from pathlib import Path
 from ....simulators.errors import RotorwiseError
 from ... import output_file
 from ..archive import ArchiveKind, model_versions, other_versions, packed, read_bytes, unpacked, unreadable
+from .conformal import ConformalRegressor
 from .model import SeverityModel, responses_of
+from .targets import TARGETS
 
 #: Everything beyond numbers and texts that a model file may hold. skops itself knows scikit-learn's own estimators.
 TRUSTED = (
@@ -76,6 +78,23 @@ def load_model(path: str | Path) -> SeverityModel:
     try:
         card = json.loads(found["card"])
         regressors = dict(zip(found["targets"], found["regressors"], strict=True))
-        return SeverityModel(regressors, tuple(found["features"]), card, responses_of(card), other_versions(card, here))
+        model = SeverityModel(
+            regressors, tuple(found["features"]), card, responses_of(card), other_versions(card, here)
+        )
     except Exception as problem:
         raise unreadable(problem, KIND, name=name, here=here) from None
+    wrong = _wrong(model)
+    if wrong:
+        raise SeverityFileError(f"{name} is no model that can answer: {wrong}. Train it again ({KIND.make}).")
+    return model
+
+
+def _wrong(model: SeverityModel) -> str:
+    """Return why a model would answer with a traceback; empty when it is sound."""
+    known = [target.name for target in TARGETS]
+    for name, one in model.regressors.items():
+        if name not in known or not isinstance(one, ConformalRegressor) or not hasattr(one, "quantile_"):
+            return f"a {type(one).__name__} for {name!r}; allowed: fitted estimators of {', '.join(known)}"
+        if getattr(one, "n_features_in_", 0) != len(model.features):
+            return f"its estimator of {name} takes other features than the {len(model.features)} that it names"
+    return ""

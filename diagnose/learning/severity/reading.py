@@ -173,6 +173,11 @@ def read_table(
             labels = {target.name: row[target.label] or 0.0 for target in TARGETS if target.name in names}
             found.append((row, values, lines, shown[0] if shown else None, labels))
             tell(len(found))
+    if not found and refused:
+        raise InvalidValueError(
+            f"None of the {len(refused)} signals of {store.folder.name} can be used; the first: {refused[0]} Give a "
+            "dataset of one machine with severities."
+        )
     if not found:
         raise InvalidValueError(
             f"{store.folder.name} holds no signals yet. Go on building it (rotorwise dataset build)."

@@ -72,7 +72,15 @@ def answer_data(answer: SeverityAnswer) -> dict[str, Any]:
         "speed_rpm": answer.speed_rpm,
         "estimates": [_finite(asdict(one)) for one in answer.estimates],
         "predicted_zones": {name: _finite(asdict(zone)) for name, zone in answer.predicted.items()},
-        "measured_zone": None if shown is None else {"zone": shown.zone, "value": shown.value, "unit": shown.unit},
+        "measured_zone": None
+        if shown is None
+        else {
+            "zone": shown.zone,
+            "value": shown.value,
+            "unit": shown.unit,
+            "standard": shown.standard,
+            "table": shown.table,
+        },
         "finding": answer.disagreement or None,
         "severity_refusal": answer.refusal or None,
         "remarks": list(answer.remarks),

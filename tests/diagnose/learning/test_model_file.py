@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,9 +14,11 @@ from rotorwise.diagnose.learning import model_file
 from rotorwise.diagnose.learning.archive import digest
 from rotorwise.diagnose.learning.combination import Weights, fit_weights, log_odds
 from rotorwise.diagnose.learning.evaluation import Judged, by_column, scores
+from rotorwise.diagnose.learning.fault_classifier import FaultClassifier
 from rotorwise.diagnose.learning.feature_file import FeatureFileError, features_bytes, read_features, write_features
 from rotorwise.diagnose.learning.model_file import ModelFileError, load_model, model_bytes, model_from_bytes, save_model
 from rotorwise.diagnose.learning.training import train
+from sklearn.linear_model import LogisticRegression
 from threadpoolctl import threadpool_limits
 
 
@@ -97,6 +100,20 @@ def test_changed_foreign_and_damaged_files_are_refused(model, tmp_path, monkeypa
         model_from_bytes(forged.getvalue(), name="x")
 
 
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"features": ("a", "b")}, "other features than the"),
+        ({"card": {}}, "limit of unknown is None"),
+        ({"classifier": FaultClassifier(model="linear")}, "not fitted"),
+        ({"classifier": LogisticRegression()}, "LogisticRegression instead of a classifier of faults"),
+    ],
+)
+def test_a_whole_file_that_holds_something_else_is_refused(model, changed, words) -> None:
+    with pytest.raises(ModelFileError, match=words):
+        model_from_bytes(model_bytes(replace(model, **changed)), name="x")
+
+
 def test_other_versions_are_told(model, monkeypatch) -> None:
     content = model_bytes(model)
     here = model_file.model_versions()
@@ -150,6 +167,8 @@ def test_conditions_are_values_where_they_are_few_and_ranges_else() -> None:
     assert sum(part["rows"] for part in many.values()) == rows - 1
     assert len(many) == 3
     assert by_column(found, np.full(rows, np.nan)) == {}
+    alike = by_column(found, np.r_[np.full(4, 1795.9), np.full(4, 1796.1), np.full(4, 1750.0)])
+    assert {name: part["rows"] for name, part in alike.items()} == {"1796": 8, "1750": 4}
 
 
 def test_weights_of_independent_evidence_are_found_again() -> None:

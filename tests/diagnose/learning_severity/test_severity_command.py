@@ -4,11 +4,13 @@ import json
 import pickle
 import shutil
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from rotorwise.datasets.generate import build
+from rotorwise.diagnose.learning.severity.conformal import ConformalRegressor
 from rotorwise.diagnose.learning.severity.model_file import (
     SeverityFileError,
     load_model,
@@ -67,6 +69,27 @@ def test_an_offset_is_estimated_and_the_zones_are_compared(folder):
     told = rotorwise("severity", "estimate", folder / "model.skops", folder / "offset.csv")
     assert "zone the simulator predicts" in told.stdout
     assert "ISO 14839-2" in told.stdout
+
+
+def test_a_plain_file_is_judged_by_the_machines_own_table_too(folder, tmp_path):
+    plain = tmp_path / "plain"
+    plain.mkdir()
+    shutil.copy(folder / "offset.csv", plain / "offset.csv")
+    words = ("--unit", "m", "--tacho", "tacho", "--speed", 3000, "--json")
+    told = rotorwise("severity", "estimate", folder / "model.skops", plain, *words)
+    assert told.returncode == 0, told.stderr
+    (answer,) = json.loads(told.stdout)
+    (sidecar,) = json.loads(
+        rotorwise("severity", "estimate", folder / "model.skops", folder / "offset.csv", "--json").stdout
+    )
+    assert answer["measured_zone"] == sidecar["measured_zone"]
+    assert answer["measured_zone"]["standard"] == "ISO 14839-2"
+
+
+def test_an_empty_folder_is_told(folder, tmp_path):
+    told = rotorwise("severity", "estimate", folder / "model.skops", tmp_path)
+    assert told.returncode == 2
+    assert "No recording in" in told.stderr
 
 
 @pytest.mark.parametrize(
@@ -173,6 +196,14 @@ def test_foreign_damaged_and_changed_files_are_refused(trained, tmp_path):
     for path, said in cases:
         with pytest.raises(SeverityFileError, match=said):
             load_model(path)
+
+
+def test_estimators_that_are_none_are_refused(trained, tmp_path):
+    for number, regressors in enumerate(({"parallel offset": None}, {"size": ConformalRegressor()})):
+        place = tmp_path / f"{number}.skops"
+        place.write_bytes(model_bytes(replace(trained.model, regressors=regressors)))
+        with pytest.raises(SeverityFileError, match="allowed: fitted estimators of parallel offset"):
+            load_model(place)
 
 
 def test_a_type_that_no_model_holds_is_refused(trained, tmp_path, monkeypatch):
