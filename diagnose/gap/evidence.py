@@ -300,18 +300,14 @@ def _scattered_sizes(lines: OrderLines, response: np.ndarray) -> np.ndarray:
     return found
 
 
-def strength_columns(compared: Comparison, response: np.ndarray, *, exact: bool = False) -> np.ndarray:
+def strength_columns(compared: Comparison, response: np.ndarray) -> np.ndarray:
     """Return the whitened directions in which the strongest order of a response may be wrong, shape (2, reals).
-
-    A line without phase is predicted to a factor, but for ``exact`` effects: those of the measuring chain.
 
     They look like another strength, and cost no fit anything; the strength's interval has to hold them.
     """
     power = [float((compared.whitened(one) ** 2).sum()) for one in _orders(response)]
-    number = int(np.argmax(power))
-    strongest, to_a_factor = _orders(response)[number], not (exact or compared.lines.kinds[number].phase)
-    tolerance = STRENGTH_TOLERANCE_OF_SIZES if to_a_factor else STRENGTH_TOLERANCE
-    return tolerance * compared.whitened(np.stack([strongest, 1j * strongest]))
+    strongest = _orders(response)[int(np.argmax(power))]
+    return STRENGTH_TOLERANCE * compared.whitened(np.stack([strongest, 1j * strongest]))
 
 
 def _orders(response: np.ndarray) -> np.ndarray:

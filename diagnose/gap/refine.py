@@ -21,6 +21,7 @@ from .evidence import (
     strength_columns,
 )
 from .hypotheses import Candidate
+from .least_known import told_to_a_factor
 from .predict import Predictor, UnpredictableError
 from .responses import STEP, Responses, with_candidates
 
@@ -269,12 +270,9 @@ def _fit(
         + 0.5 * len(coordinates) * math.log(2 * math.pi)
         - 0.5 * float(np.linalg.slogdet(information)[1])
     )
-    strengths = [
-        strength_columns(compared, one, exact=candidate.effect.STAGE == "sensor")
-        for candidate, one in zip(chosen, own, strict=True)
-    ]
-    open_strength = Widened(np.concatenate([law.directions, *strengths]))
+    open_strength = Widened(np.concatenate([law.directions, *(strength_columns(compared, one) for one in own)]))
     covariance = np.linalg.inv(white @ open_strength.solve(white).T + np.diag(least))
+    covariance = told_to_a_factor(covariance, chosen, position, own, compared)
     found = Fit(tuple(chosen), position, covariance, added, slopes, evidence, residual, law.directions)
     return replace(found, compared=compared)
 
