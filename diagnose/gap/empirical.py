@@ -24,6 +24,7 @@ from .predict import Predictor
 from .result import AddedForce, Estimate
 from .unknown_force import LEAST_GAIN, Unknown, force_places, transfer
 from .waveform import accounts_for_lines
+from .words import line_names
 
 if TYPE_CHECKING:
     from ...simulators.machine import Machine
@@ -121,15 +122,15 @@ def forces_of(
     kinds = compared.lines.kinds
     whole = [k for k in numbers if kinds[k].phase and _is_whole(compared.lines.orders[k])]
     moved = np.stack([transfer(machine, predictor, i) for i in range(len(predictor.conditions))]) if whole else None
+    names = line_names(compared.lines)
     for k in numbers:
-        order = compared.lines.orders[k]
         if moved is None or k not in whole:
-            remarks.append(f"{order:.4g}X is left over and shown; a force is added for whole orders of the shaft only.")
+            remarks.append(f"{names[k]} is left over and shown; a force is added for whole orders of the shaft only.")
             continue
         added = _of_order(_order(compared, k), moved[:, k], force_places(machine), compared)
         found += added
         if not added:
-            remarks.append(f"{order:.4g}X is left over and shown; no force at one place describes it: none is added.")
+            remarks.append(f"{names[k]} is left over and shown; no force at one place describes it: none is added.")
     return tuple(found), tuple(remarks)
 
 
