@@ -94,8 +94,8 @@ def _wanders(recordings: Sequence[Recording], healthy: Sequence[Recording]) -> b
         return True
     now = [phase_wander(one) for one in recordings]
     change = float(np.median([change * shown for change, shown in now]))
-    # Every machine's speed wanders a little: without healthy records that is no news.
-    usual = max((phase_wander(one)[0] for one in healthy), default=WANDER)
+    # Every machine's speed wanders a little: without healthy records that tell, it is no news.
+    usual = max((one for one, _ in map(phase_wander, healthy) if one > 0), default=WANDER)
     return change > WANDER_GROWTH * usual
 
 

@@ -46,6 +46,7 @@ def test_what_only_the_phase_shows_is_named_against_healthy_records():
     # Every machine's speed wanders a little: as much as before is nothing new, and alone it is no news.
     assert seen_in_waveform(wandering, wandering, ["a", "b"]) == {}
     assert seen_in_waveform(wandering, [], ["a", "b"]) == {}
+    assert seen_in_waveform(wandering, [one.select([0, 1]) for one in healthy], ["a", "b"]) == {}
 
 
 def test_a_line_close_to_1x_noise_and_a_swinging_gain_are_no_wander():
