@@ -1,11 +1,13 @@
 """The linear, calibrated classifier from its arrays alone: the same answers without scikit-learn.
 
 Loading scikit-learn takes longer than all the rest of an analysis, and the default model is a handful of products.
-What is kept is an archive of arrays (`numpy.savez`), which holds no objects and runs nothing when it is read.
+What is kept is the digest of an archive of arrays (`numpy.savez`), then the archive, which holds no objects and runs
+nothing when it is read.
 """
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 from dataclasses import dataclass
@@ -14,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from ...simulators.errors import InvalidValueError
-from .model_file import Model
+from .model_file import Model, ModelFileError
 from .nearest import distances, scaled, share_as_far
 
 _ARRAYS = (
@@ -121,12 +123,17 @@ def plain_bytes(model: Model) -> bytes:
     sink = io.BytesIO()
     said = json.dumps({"features": model.features, "card": model.card})
     np.savez(sink, said=np.array(said), **{name: getattr(model.classifier, name) for name in _ARRAYS})
-    return sink.getvalue()
+    content = sink.getvalue()
+    return hashlib.sha256(content).digest() + content
 
 
 def plain_from_bytes(content: bytes) -> Model:
-    """Return the model in the bytes of a file; raises what numpy, zipfile and json raise when it is damaged."""
-    with np.load(io.BytesIO(content), allow_pickle=False) as found:
+    """Return the model in the bytes of a file; raises ModelFileError when it is damaged."""
+    digest, archive = content[:32], content[32:]
+    # Looked at first: a damaged archive makes zipfile, zlib and numpy raise whatever they like.
+    if hashlib.sha256(archive).digest() != digest:
+        raise ModelFileError("The model's arrays are damaged. Delete the file; it is made again.")
+    with np.load(io.BytesIO(archive), allow_pickle=False) as found:
         said = json.loads(str(found["said"]))
         classifier = PlainClassifier(**{name: found[name] for name in _ARRAYS})
     return Model(classifier, tuple(said["features"]), said["card"])

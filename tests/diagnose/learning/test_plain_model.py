@@ -10,7 +10,7 @@ from rotorwise.diagnose.learning import default_model as shipped
 from rotorwise.diagnose.learning.changes import learning_rows
 from rotorwise.diagnose.learning.fault_classifier import FaultClassifier
 from rotorwise.diagnose.learning.feature_file import read_features
-from rotorwise.diagnose.learning.model_file import Model
+from rotorwise.diagnose.learning.model_file import Model, ModelFileError
 from rotorwise.diagnose.learning.plain_model import plain, plain_bytes, plain_from_bytes
 from rotorwise.simulators.errors import InvalidValueError
 
@@ -61,6 +61,14 @@ def test_a_model_with_gaps_comes_back_from_its_bytes_the_same() -> None:
     assert kept.classifier.predict_proba(asked) == pytest.approx(fitted.predict_proba(asked), rel=0, abs=1e-12)
     assert kept.classifier.novelty_p_value(asked) == pytest.approx(fitted.novelty_p_value(asked), rel=0, abs=1e-12)
     assert (kept.features, kept.card) == (("a", "b", "c", "d"), {"unknown_below": 0.02})
+
+
+@pytest.mark.parametrize("place", [0, 40, 500, 1500, -30, -1])
+def test_one_wrong_bit_is_refused(place) -> None:
+    whole = bytearray(plain_bytes(Model(plain(_fitted("linear", 3)), ("a", "b", "c", "d"), {})))
+    whole[place] ^= 4
+    with pytest.raises(ModelFileError, match="damaged"):
+        plain_from_bytes(bytes(whole))
 
 
 @pytest.mark.parametrize(("model", "classes", "rows"), [("boosting", 3, 40), ("linear", 2, 40), ("linear", 3, 1)])
