@@ -19,10 +19,11 @@ import numpy as np
 from ...simulators.effects.empirical_force import EmpiricalForce
 from .baseline import error_covariance
 from .evidence import PROBE_TOLERANCE, Comparison
+from .force_kernels import force_places, transfer
 from .judged import TOLD_APART, judged
 from .predict import Predictor
 from .result import AddedForce, Estimate
-from .unknown_force import LEAST_GAIN, Unknown, force_places, transfer
+from .unknown_force import LEAST_GAIN, Unknown
 from .waveform import accounts_for_lines
 from .words import line_names
 

@@ -15,6 +15,7 @@ from ...simulators.solvers.blas import single_blas_thread
 from .envelope_noise import noise_of_records, not_of_the_fault
 from .evidence import Comparison
 from .first_look import explainable, reach
+from .force_kernels import force_kernels
 from .found_lines import found_lines
 from .gain import measured_gain, useful_forces
 from .held_out import checked
@@ -28,7 +29,6 @@ from .screen import Atom, atoms_of
 from .screening import Screening, telling_conditions
 from .search import search
 from .shown_lines import may_show, standing_out
-from .unknown_force import force_kernels
 from .verdict import told
 from .wanted_lines import wanted_lines
 from .waveform import ONLY_IN_WAVEFORM, SUSPECTED, seen_in_waveform, variations, with_doubt
@@ -93,7 +93,7 @@ def explained(
     library, not_compared = responses(competing, own, few, screened, tell=tell)
     screening = Screening(chosen, screened, library)
     tied = all(one.tied for one in part.conditions)
-    kernels = force_kernels(problem.baseline.machine, part) if tied else None
+    kernels = force_kernels(problem.baseline.machine, part) if tied else ()
     posterior = search(problem, screening, kernels, tell=tell)
     tell("measuring the gain")
     posterior, withdrawn = checked(prepared, posterior)

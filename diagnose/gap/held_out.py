@@ -20,6 +20,7 @@ import numpy as np
 
 from .baseline import again
 from .evidence import Problem
+from .force_kernels import force_kernels
 from .gain import predicted_db
 from .judged import TOLD_APART
 from .predict import UnpredictableError
@@ -29,7 +30,7 @@ from .responses import Responses
 from .search import MISFIT, Posterior
 from .shown_lines import SHOWN
 from .two_effects import MOVES
-from .unknown_force import force_kernels, unexplained
+from .unknown_force import unexplained
 
 if TYPE_CHECKING:
     from .prepared import Prepared
@@ -165,7 +166,7 @@ def _unknown_density(prepared: Prepared, seen: Posterior) -> float:
     """Return the logarithm of the density of the held-out lines, given the others, if something unknown acts."""
     problem = prepared.problem(range(len(prepared.measured.conditions)))
     tied = all(one.tied for one in problem.predictor.conditions)
-    kernels = force_kernels(problem.baseline.machine, problem.predictor) if tied else None
+    kernels = force_kernels(problem.baseline.machine, problem.predictor) if tied else ()
     return unexplained(problem.plain(), kernels).log_evidence - seen.unknown.log_evidence
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from .beside_unknown import beside_unknown
 from .evidence import Comparison, Problem, Widened
+from .force_kernels import ForceKernel
 from .hypotheses import Candidate
 from .judged import judged
 from .null_distribution import chance_of_residual
@@ -93,7 +94,7 @@ class Posterior:
 def search(
     problem: Problem,
     screening: Screening,
-    kernels: np.ndarray | None,
+    kernels: Sequence[ForceKernel],
     *,
     tell: Tell = lambda _: None,
 ) -> Posterior:
@@ -103,8 +104,8 @@ def search(
     ----------
     problem : Problem
     screening : Screening
-    kernels : ndarray, optional
-        From `unknown_force.force_kernels`.
+    kernels : sequence of ForceKernel
+        What unknown forces make.
     """
     compared, machine, predictor = problem.plain(), problem.baseline.machine, problem.predictor
     none = nothing(compared)

@@ -22,7 +22,7 @@ _KEY = b"rotorwise features"
 #: Columns that learning needs beside features; the rest stays in the dataset.
 _KEPT = ("signal", "machine", "group", "split", "case", "speed_rpm", "load", "rate_hz")
 #: Without these nothing can be learned or judged.
-_NEEDED = ("label", "machine", "group", "split", "case", "speed_rpm", "load")
+_WORDS, _NUMBERS = ("label", "machine", "group", "split", "case"), ("speed_rpm", "load")
 #: Significant binary digits of a feature: about four decimal ones, below what any repeat reproduces.
 _BITS = 12
 
@@ -95,8 +95,9 @@ def read_features(source: Path | bytes) -> tuple[FeatureTable, dict[str, Any]]:
         raise FeatureFileError(
             f"{name} is no feature file of rotorwise. Make one: rotorwise train STORE --features FILE.parquet"
         ) from None
-    if said.get("format") != FORMAT:
-        raise FeatureFileError(f"{name} has format {said.get('format')}; allowed: {FORMAT}. Make it again.")
+    if not isinstance(said, dict) or said.get("format") != FORMAT or not isinstance(said.get("origin"), dict):
+        found_format = said.get("format") if isinstance(said, dict) else said
+        raise FeatureFileError(f"{name} has format {found_format}; allowed: {FORMAT}, with its origin. Make it again.")
     _check_content(found, name)
     names = [column for column in found.column_names if column.startswith("feature.")]
     values = np.array([found.column(column).to_numpy() for column in names], dtype=float).T
@@ -110,17 +111,34 @@ def read_features(source: Path | bytes) -> tuple[FeatureTable, dict[str, Any]]:
 
 
 def _check_content(found: pa.Table, name: str) -> None:
-    missing = [column for column in _NEEDED if column not in found.column_names]
+    missing = [column for column in (*_WORDS, *_NUMBERS) if column not in found.column_names]
     if missing or not found.num_rows:
         what = f"lacks {', '.join(missing)}" if missing else "has no row"
         raise FeatureFileError(
             f"{name} {what}; allowed: a file as rotorwise train --features writes it. Make it again."
         )
+    for column in _WORDS:
+        wrong = [value for value in found.column(column).to_pylist() if not isinstance(value, str) or not value]
+        if wrong:
+            raise FeatureFileError(f"{name} has {wrong[0]!r} as {column}; allowed: a word. Make it again.")
     for column in found.column_names:
-        if column.startswith("feature.") and np.isinf(found.column(column).to_numpy()).any():
-            raise FeatureFileError(
-                f"{name} has an infinite {column}; allowed: numbers, and NaN where a record cannot say. Make it again."
-            )
+        if column in _NUMBERS or column.startswith("feature."):
+            _check_numbers(found.column(column), column, name)
+
+
+def _check_numbers(values: pa.ChunkedArray, column: str, name: str) -> None:
+    import pyarrow as pa
+
+    wrong = (
+        f"of type {values.type}" if not (pa.types.is_floating(values.type) or pa.types.is_integer(values.type)) else ""
+    )
+    if not wrong:
+        numbers = values.to_numpy().astype(float)
+        bad = numbers[np.isinf(numbers) | ((numbers <= 0) if column == "speed_rpm" else False)]
+        wrong = f"= {bad[0]:g}" if bad.size else ""
+    if wrong:
+        allowed = "speeds above 0" if column == "speed_rpm" else "finite numbers, and NaN where a record cannot say"
+        raise FeatureFileError(f"{name} has {column} {wrong}; allowed: {allowed}. Make it again.")
 
 
 def _column(values: list[Any]) -> np.ndarray:

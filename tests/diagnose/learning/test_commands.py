@@ -35,6 +35,16 @@ def files(tmp_path_factory):
     signal = pa.table({"a": np.sin(2 * np.pi * 25.0 * time) + noise})
     pq.write_table(signal, folder / "recording.parquet")
     (folder / "none").mkdir()
+    whole = pq.read_table(folder / "features.parquet")
+    texts, backwards = pa.array(["a"] * whole.num_rows), pa.array([-5.0] * whole.num_rows)
+    for name, column, values in (
+        ("text", "feature.crest_factor", texts),
+        ("backwards", "speed_rpm", backwards),
+        ("unlabelled", "label", pa.nulls(whole.num_rows, pa.string())),
+    ):
+        place = whole.column_names.index(column)
+        pq.write_table(whole.set_column(place, column, values), folder / f"{name}.parquet")
+    pq.write_table(whole.replace_schema_metadata({b"rotorwise features": b"[1]"}), folder / "other_head.parquet")
     return folder
 
 
@@ -82,7 +92,11 @@ def test_a_model_is_trained_judged_and_never_overwritten(files) -> None:
         (("train", "features.parquet", "-o", "x.skops", "--features", "no/y.parquet"), 4, "does not exist"),
         (("train", "test_only.parquet", "-o", "x.skops"), 2, "shows nothing"),
         (("train", "empty.parquet", "-o", "x.skops"), 3, "has no row"),
-        (("train", "infinite.parquet", "-o", "x.skops"), 3, "infinite feature.crest_factor"),
+        (("train", "infinite.parquet", "-o", "x.skops"), 3, "has feature.crest_factor = inf"),
+        (("train", "text.parquet", "-o", "x.skops"), 3, "has feature.crest_factor of type string"),
+        (("train", "backwards.parquet", "-o", "x.skops"), 3, "has speed_rpm = -5; allowed: speeds above 0"),
+        (("evaluate", "default", "unlabelled.parquet"), 3, "has None as label"),
+        (("evaluate", "default", "other_head.parquet"), 3, "has format [1]"),
         (("train", "no_speed.parquet", "-o", "x.skops"), 3, "lacks speed_rpm"),
         (("train", "recording.parquet", "-o", "x.skops"), 3, "no feature file"),
         (("train", "features.parquet", "-o", f"{'x' * 300}.skops"), 4, "name too long"),
