@@ -1,8 +1,8 @@
-"""The model that `rotorwise analyse` uses: shipped as simulated features, fitted at first use, kept in a cache.
+"""The model that `rotorwise analyse` uses: shipped as simulated features, fitted at first use, its arrays cached.
 
-The cached files, the model of scikit-learn and its arrays (`plain_model`), are named after the version of rotorwise, of
-what else decides their numbers, and the content of the features: another one is another file. A cache that cannot be
-read or written costs the fit again, nothing else.
+The cached file (`plain_model`) is named after the version of rotorwise, of what else decides its numbers, and the
+content of the features: another one is another file. A cache that cannot be read or written costs the fit again,
+nothing else. The model of scikit-learn is not kept: reading it back takes longer than the fit.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from functools import cache
 from importlib.resources import files
 from pathlib import Path
 
-from .model_file import Model, ModelFileError, load_model, model_bytes, model_versions
+from .model_file import Model, ModelFileError, model_versions
 from .plain_model import plain, plain_bytes, plain_from_bytes
 
 FEATURES = "default_features.parquet"
@@ -26,32 +26,25 @@ TRAINING = 2
 
 @cache
 def default_model() -> Model:
-    """Return the default model, from the cache or fitted now (seconds).
+    """Return the default model, fitted now (a second or two).
 
     Raises
     ------
     FeatureFileError
         When the shipped features are damaged.
     """
-    content = _content()
-    place = _place(content, "skops")
-    with suppress(ModelFileError, OSError):
-        return load_model(place)
     # Loaded here, as fitting needs scikit-learn and reading tables pyarrow.
     from .feature_file import read_features
     from .training import train
 
-    table, origin = read_features(content)
-    made = train(table, origin=origin, model=MODEL, seed=SEED, iterations=ITERATIONS, judge=False)
-    with suppress(OSError):
-        _keep(place, model_bytes(made))
-    return made
+    table, origin = read_features(_content())
+    return train(table, origin=origin, model=MODEL, seed=SEED, iterations=ITERATIONS, judge=False)
 
 
 @cache
 def plain_default_model() -> Model:
     """Return the default model as arrays: the same answers, without loading scikit-learn once they are cached."""
-    place = _place(_content(), "npz")
+    place = cache_folder() / f"default-{_key(_content())}.npz"
     with suppress(OSError, ModelFileError):
         return plain_from_bytes(place.read_bytes())
     fitted = default_model()
@@ -65,12 +58,8 @@ def _content() -> bytes:
     return files(__package__ or "rotorwise.diagnose.learning").joinpath(FEATURES).read_bytes()
 
 
-def _place(content: bytes, ending: str) -> Path:
-    return cache_folder() / f"default-{_key(content)}.{ending}"
-
-
 def cache_folder() -> Path:
-    """Return where fitted models are kept, as the system has it; ``ROTORWISE_CACHE`` overrules it."""
+    """Return where the fitted model is kept, as the system has it; ``ROTORWISE_CACHE`` overrules it."""
     if own := os.environ.get("ROTORWISE_CACHE"):
         return Path(own)
     if os.name == "nt":

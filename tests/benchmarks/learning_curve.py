@@ -4,7 +4,7 @@
     rotorwise dataset build tests/benchmarks/learning_fixed_bench.toml -o fixed --limit 252
     python tests/benchmarks/learning_curve.py set fixed -o FOLDER [--whole features.parquet]
 
-The table of ``set`` that `rotorwise train set -o m.skops --features features.parquet` keeps may be given as ``--whole``.
+The table that `rotorwise train set -o m.skops --features features.parquet` keeps may be given as ``--whole``.
 Tables of features are kept in FOLDER; a second run takes them from there. No measured recording is learned from.
 """
 

@@ -81,7 +81,9 @@ def test_a_damaged_cache_costs_the_fit_again_and_nothing_else(tmp_path, monkeypa
     expected = shipped.plain_default_model()
     with monkeypatch.context() as context:
         context.setenv("ROTORWISE_CACHE", str(tmp_path))
-        place = shipped._place(shipped._content(), "npz")
+        shipped.plain_default_model.cache_clear()
+        shipped.plain_default_model()
+        place = next(tmp_path.iterdir())
         whole = plain_bytes(expected)
         for damaged in (b"", b"damaged", whole[: len(whole) // 2], whole.replace(b"npy", b"nay")):
             place.write_bytes(damaged)
