@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -33,7 +33,7 @@ from ....simulators.solvers.simulate import Simulation
 from .draws import applicable, drawn, drifted, perturbed, weakened
 from .lines import Lines, detectability, lines_of, orders_of, with_stated
 from .ranges import TrialRange, find_range
-from .recorder import GAIN_DEVIATION, Setting, clean_record, kept, motions, noise_of, recording
+from .recorder import GAIN_DEVIATION, Setting, clean_record, kept, motions, moves_as, noise_of, recording
 
 FAMILIES = ("tune", "score")
 KINDS = ("none", "one", "two", "unknown")
@@ -165,10 +165,15 @@ class Scene:
     turns: float
     snr_db: float
     seed: int
+    known: dict[str, list[Simulation]] = field(default_factory=dict)
 
     def run(self, *machines: Machine) -> list[list[Simulation]]:
-        """Return the motion of machines in every setting."""
-        return motions(machines, self.settings, self.how)
+        """Return the motion of machines in every setting; of those that move alike once."""
+        keys = [moves_as(machine, self.how) for machine in machines]
+        new = {key: machine for key, machine in zip(keys, machines, strict=True) if key not in self.known}
+        if new:
+            self.known.update(zip(new, motions(tuple(new.values()), self.settings, self.how), strict=True))
+        return [self.known[key] for key in keys]
 
     def lines(self, runs: Sequence[Simulation], machine: Machine, orders: Sequence[np.ndarray]) -> list[Lines]:
         """Return the lines of runs behind a chain that has the machine's sensor effects and no flaw else.

@@ -21,7 +21,7 @@ from ....datasets.units import parse_unit
 from ....simulators.machine import Machine
 from ....simulators.sensor_chain import SensorChain
 from ....simulators.sensor_record import SensorRecord
-from ....simulators.sensor_run import record_of, run_chain, sensor_effects
+from ....simulators.sensor_run import demand, record_of, run_chain, sensor_effects
 from ....simulators.solvers.simulate import Simulation, simulate_raw
 from .ranges import TrialRange
 
@@ -71,6 +71,16 @@ def motions(machines: Sequence[Machine], settings: Sequence[Setting], how: Trial
     runs = simulate_raw(cases, duration_s=duration, rate_hz=how.rate_hz, step_s=how.step_s)
     count = len(settings)
     return [runs[i * count : (i + 1) * count] for i in range(len(machines))]
+
+
+def moves_as(machine: Machine, how: TrialRange) -> str:
+    """Return what is the same for machines whose simulated motion is the same.
+
+    That is all but effects on the measuring chain, which may ask for another rate or length.
+    """
+    sensors = sensor_effects(machine)
+    asked = demand(sensors, rate_hz=how.rate_hz, duration_s=how.duration_s or how.turns[1])
+    return repr((machine.changed, [effect for effect in machine.effects if effect not in sensors], asked))
 
 
 def loaded(machine: Machine, load: float | None) -> Machine:
