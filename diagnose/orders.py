@@ -55,7 +55,8 @@ class FollowedOrder:
 class Orders:
     """What the command shows: speed, map, orders at some points of time, and where the first orbit lies.
 
-    ``full`` is over orders, where two probes are at right angles; ``waterfall`` where the speed varies.
+    ``full`` is over orders, where two probes are at right angles; ``waterfall`` where the speed varies; the bandwidth
+    is that of the order filters.
     """
 
     shaft: Shaft
@@ -68,6 +69,13 @@ class Orders:
     orbit_channels: tuple[int, int] | None
     full: FullSpectrum | None
     waterfall: Waterfall | None
+    bandwidth_hz: float
+
+    @property
+    def goes_one_way(self) -> bool:
+        """Whether the speed rises or falls throughout: going up and down would draw every curve over itself."""
+        speed, total = self.speed_hz, float(np.abs(np.diff(self.speed_hz)).sum())
+        return bool(np.ptp(speed) > 0.05 * speed.mean() and total < 1.2 * abs(speed[-1] - speed[0]))
 
 
 def measure(
@@ -104,12 +112,9 @@ def measure(
         turns_a_frame=frame,
         turns_a_step=max(frame // 4, 1),
     )
+    bandwidth = _BANDWIDTH * shaft.lowest_hz if bandwidth_hz is None else bandwidth_hz
     waveforms = order_knots(
-        recording.signals,
-        rate_hz=recording.rate_hz,
-        phase_turns=phase,
-        orders=wanted,
-        bandwidth_hz=_BANDWIDTH * shaft.lowest_hz if bandwidth_hz is None else bandwidth_hz,
+        recording.signals, rate_hz=recording.rate_hz, phase_turns=phase, orders=wanted, bandwidth_hz=bandwidth
     )
     # The filters are still filling at both ends.
     edge = min(int(recording.rate_hz / shaft.lowest_hz * 4), recording.samples // 8)
@@ -134,6 +139,7 @@ def measure(
     return Orders(
         shaft, found, at / recording.rate_hz, speed, followed, waveforms, orbits, pair,
         None if pair is None else _full_spectrum(looked, pair, phase, highest), _waterfall(looked, shaft, highest),
+        bandwidth,
     )  # fmt: skip
 
 

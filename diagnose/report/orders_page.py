@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -9,6 +11,8 @@ import numpy as np
 from ..look import Answer, Looked
 from ..observe import order_name
 from ..orders import CLEAR_DB, FollowedOrder, Orders, summary
+from ..passed_speeds import passed_speeds
+from ..signal.critical_speed import CriticalSpeed
 from ..signal.orbit import FullSpectrum, filtered_orbit
 from ..signal.order_map import Waterfall
 from .encode import numbers
@@ -22,7 +26,7 @@ _HEADS = ("Channel", "Order", "Unit", "Median", "Largest", "at rpm", "Phase ther
 
 def answer(name: str, looked: Looked, found: Orders) -> Answer:
     """Return what the command prints and draws."""
-    rows = _rows(looked, found)
+    rows, passed = _rows(looked, found), passed_speeds(looked, found)
     channels = looked.recording.channels
     data = {
         "speed": found.shaft.data(),
@@ -34,9 +38,19 @@ def answer(name: str, looked: Looked, found: Orders) -> Answer:
             {"order": order, "major": shape.major, "minor": shape.minor, "whirl": shape.direction}
             for order, shape, _, _ in found.orbits
         ],
+        "critical_speeds": [asdict(one) for one in passed],
     }
-    lines = [f"speed  {found.shaft.words}", *_orbit_lines(looked, found)]
-    return Answer(data, tuple(lines), (_table(rows),), lambda: _page(name, looked, found, rows))
+    lines = [*_critical_lines(passed), *_orbit_lines(looked, found)]
+    shown = (f"speed  {found.shaft.words}", *lines)
+    return Answer(data, shown, (_table(rows),), lambda: _page(name, looked, found, rows, lines))
+
+
+def _critical_lines(passed: Sequence[CriticalSpeed]) -> list[str]:
+    return [
+        f"critical speed  {one.speed_rpm:.0f} rpm ({one.low_rpm:.0f} to {one.high_rpm:.0f}), damping ratio "
+        f"{one.damping_ratio:.2g} ({one.low_ratio:.2g} to {one.high_ratio:.2g})"
+        for one in passed
+    ]
 
 
 def _rows(looked: Looked, found: Orders) -> list[list[Any]]:
@@ -94,18 +108,18 @@ def _orbit_lines(looked: Looked, found: Orders) -> list[str]:
     return words
 
 
-def _page(name: str, looked: Looked, found: Orders, rows: list[list[Any]]) -> str:
+def _page(name: str, looked: Looked, found: Orders, rows: list[list[Any]], lines: Sequence[str]) -> str:
     recording = looked.recording
     facts = [
         f"Speed: {found.shaft.words}.",
-        *(f"Orbit {line.split(maxsplit=1)[1]}." for line in _orbit_lines(looked, found)),
+        *(f"{' '.join(line.split()).capitalize()}." for line in lines),
     ]
     page = SignalPage("orders", name, f"Shaft orders at {found.shaft.words.split(',')[0]}", facts, looked.warnings)
     page.table(_HEADS, rows, caption="Orders over the run, peak amplitudes")
     _map(page, looked, found)
     if found.waterfall is not None:
         _waterfall(page, looked, found.waterfall)
-    x_title, x = ("Speed (rpm)", 60 * found.speed_hz) if _one_way(found) else ("Time (s)", found.time_s)
+    x_title, x = ("Speed (rpm)", 60 * found.speed_hz) if found.goes_one_way else ("Time (s)", found.time_s)
     page.graph("Order amplitudes", _curves(looked, found, x, x_title, phase=False), label="Channel")
     if found.shaft.has_mark:
         note = "Lead over the tacho's mark, where the order stands 10 dB above the noise."
@@ -139,12 +153,6 @@ def _page(name: str, looked: Looked, found: Orders, rows: list[list[Any]]) -> st
             "x": numbers(x_values), "y": numbers(y_values), "unit": unit, "channels": names, "note": note,
         }  # fmt: skip
     return page.html()
-
-
-def _one_way(found: Orders) -> bool:
-    """Return whether the speed rises or falls throughout: going up and down would draw every curve over itself."""
-    speed = found.speed_hz
-    return bool(np.ptp(speed) > 0.05 * speed.mean() and np.abs(np.diff(speed)).sum() < 1.2 * abs(speed[-1] - speed[0]))
 
 
 def _map(page: SignalPage, looked: Looked, found: Orders) -> None:

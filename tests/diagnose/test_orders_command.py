@@ -45,12 +45,29 @@ def test_amplitude_phase_and_orbit_with_a_tacho(run_up, monkeypatch, capsys):
     assert orbit["whirl"] == pytest.approx(0.5, abs=0.05)
 
 
+def test_a_run_through_a_resonance_shows_the_critical_speed(monkeypatch, capsys, tmp_path):
+    speed, natural, ratio = 60 * SPEED, 1200.0, 0.08
+    motion = 10 * speed**2 / (natural**2 - speed**2 + 2j * ratio * natural * speed) * np.exp(2j * np.pi * ANGLE)
+    noise = np.random.default_rng(0).normal(0, 1, TIME.size)
+    # The lines of a steady machine: what shows late is taken off, by 18 rpm here.
+    columns = {"x (um)": motion.real + noise, "tacho (V)": 5.0 * ((ANGLE % 1.0) < 0.05)}
+    path = write_csv(tmp_path / "through.csv", columns)
+    assert run(monkeypatch, "orders", path, "--tacho", "tacho", "--bandwidth", 5, "--json") == 0
+    (found,) = json.loads(capsys.readouterr().out)["critical_speeds"]
+    late = 180.0 / (ratio * natural * np.pi / 30)
+    assert found["speed_rpm"] + late == pytest.approx(natural, rel=0.005)
+    assert found["damping_ratio"] == pytest.approx(ratio, rel=0.1)
+    assert run(monkeypatch, "orders", path, "--tacho", "tacho", "--bandwidth", 5) == 0
+    assert "critical speed  11" in capsys.readouterr().out
+
+
 def test_without_a_tacho_the_speed_is_tracked_in_the_vibration(run_up, monkeypatch, capsys):
     arguments = ("--skip", "tacho", "--speed-range", "500-2500", "--json")
     assert run(monkeypatch, "orders", run_up, *arguments) == 0
     answer = json.loads(capsys.readouterr().out)
     assert answer["speed"]["method"] == "vibration, tracked"
     assert answer["speed"]["mean_rpm"] == pytest.approx(60 * SPEED.mean(), rel=2e-3)
+    assert answer["critical_speeds"] == []  # 1X has no phase
     first = answer["orders"][0]
     assert first["median"] == pytest.approx(40e-6, rel=0.03)
     assert first["phase_deg_at_largest"] is None
