@@ -16,15 +16,11 @@ import numpy as np
 
 from ...simulators.assembly import Probe
 from ...simulators.effect import Effect
-from ...simulators.errors import InvalidValueError
+from ...simulators.errors import InvalidValueError, RotorwiseError
 from ...simulators.machine import Machine
 from ...simulators.sensor_record import SensorRecord
 from ...simulators.sensor_run import run_chain, sensor_effects
-from ...simulators.solvers.harmonic_balance import (
-    NoPeriodicMotionError,
-    PeriodicMotion,
-    harmonic_balance_at_speeds,
-)
+from ...simulators.solvers.harmonic_balance import PeriodicMotion, harmonic_balances
 from ...simulators.solvers.simulate import Simulation
 from .line_sizes import least_seconds
 from .lines import Condition, LineKind, phase_orders, turned_to_reference
@@ -36,8 +32,12 @@ FURTHER_HARMONICS = 2
 #: Turns, and fewest samples, of a periodic motion on which effects of the measuring chain act.
 CHAIN_TURNS, CHAIN_SAMPLES = 24.0, 1000
 KEPT_MOTIONS = 8
+#: Machines times conditions that are balanced side by side.
+LANES = 64
 
 
+#: The motion of a machine in each condition, or why it does not repeat.
+_Moving = list[PeriodicMotion] | RotorwiseError
 #: What is simulated in time: a machine, and how long its records are at least.
 Stepped = tuple[str, tuple[float, ...]]
 
@@ -83,7 +83,7 @@ class Predictor:
     evaluations: int = 0
     _known: dict[str, np.ndarray] = field(default_factory=dict)
     _failed: dict[str, str] = field(default_factory=dict)
-    _motions: dict[str, list[PeriodicMotion]] = field(default_factory=dict)
+    _motions: dict[str, _Moving] = field(default_factory=dict)
     _stepped: dict[Stepped, list[Simulation | None]] = field(default_factory=dict)
     _spoiling: dict[str, bool] = field(default_factory=dict)
 
@@ -116,13 +116,15 @@ class Predictor:
     def prepare(self, machines: Sequence[Machine]) -> None:
         """Compute the lines of several machines, side by side where they are simulated in time."""
         in_time: list[tuple[str, Machine, Machine | None]] = []
-        for machine in machines:
-            key = machine.to_toml()
-            if key in self._known or key in self._failed:
-                continue
-            self.evaluations += 1
+        keyed = {machine.to_toml(): machine for machine in machines}
+        new = {key: one for key, one in keyed.items() if key not in self._known and key not in self._failed}
+        self.evaluations += len(new)
+        moving = self._all_moving([_moving_part(machine) for machine in new.values()])
+        for (key, machine), own in zip(new.items(), moving, strict=True):
             try:
-                self._keep(key, self._balanced(machine))
+                if isinstance(own, RotorwiseError):
+                    raise _NotPeriodicError(str(own))
+                self._keep(key, np.stack([self._seen(machine, motion, i) for i, motion in enumerate(own)]))
             except _NotPeriodicError:
                 in_time.append((key, machine, self._repeating(machine)))
         for smooth in (True, False):
@@ -168,11 +170,7 @@ class Predictor:
 
     def repeats(self, machine: Machine) -> bool:
         """Return whether the machine's motion repeats with the shaft."""
-        try:
-            self._moving(machine)
-        except _NotPeriodicError:
-            return False
-        return True
+        return not isinstance(self._all_moving([machine])[0], RotorwiseError)
 
     def _repeating(self, machine: Machine) -> Machine | None:
         """Return the machine without the effects that spoil its repetition; None when it does not repeat at all."""
@@ -191,34 +189,46 @@ class Predictor:
             self._spoiling[key] = not self.repeats(one)
         return self._spoiling[key]
 
-    def _balanced(self, machine: Machine) -> np.ndarray:
-        balanced = self._moving(_moving_part(machine))
-        return np.stack([self._seen(machine, motion, i) for i, motion in enumerate(balanced)])
+    def _all_moving(self, machines: Sequence[Machine]) -> list[_Moving]:
+        """Return the motion of each machine in each condition; of the last few it is kept for their sensors' sake."""
+        keyed = {machine.to_toml(): machine for machine in machines}
+        found: dict[str, _Moving] = {key: self._motions[key] for key in keyed if key in self._motions}
+        new = [key for key in keyed if key not in found]
+        together = max(LANES // len(self.conditions), 1)
+        for some in (new[i : i + together] for i in range(0, len(new), together)):
+            found |= zip(some, self._motions_at_loads([keyed[key] for key in some]), strict=True)
+        for key in new[-KEPT_MOTIONS:]:
+            self._motions[key] = found[key]
+        while len(self._motions) > KEPT_MOTIONS:
+            self._motions.pop(next(iter(self._motions)))
+        return [found[machine.to_toml()] for machine in machines]
 
-    def _moving(self, machine: Machine) -> list[PeriodicMotion]:
-        """Return the motion in each condition; that of the last few machines is kept for their sensors' sake."""
-        key = machine.to_toml()
-        if key not in self._motions:
-            while len(self._motions) > KEPT_MOTIONS:
-                self._motions.pop(next(iter(self._motions)))
-            highest = max(self._whole_orders, default=1) + FURTHER_HARMONICS
-            try:
-                self._motions[key] = self._motions_at_loads(machine, highest)
-            except (NoPeriodicMotionError, InvalidValueError) as problem:
-                raise _NotPeriodicError(str(problem)) from None
-        return self._motions[key]
-
-    def _motions_at_loads(self, machine: Machine, highest: int) -> list[PeriodicMotion]:
-        """Return the motion in each condition; all speeds of a load come at once."""
+    def _motions_at_loads(self, machines: Sequence[Machine]) -> list[_Moving]:
+        """Return the motion of machines in each condition, or why one has none; all come side by side."""
         loads: dict[float | None, list[int]] = {}
         for number, condition in enumerate(self.conditions):
             loads.setdefault(condition.load, []).append(number)
-        found: dict[int, PeriodicMotion] = {}
-        for numbers in loads.values():
-            loaded = at_condition(machine, self.conditions[numbers[0]])
-            speeds = [self.conditions[number].speed_rpm for number in numbers]
-            found |= zip(numbers, harmonic_balance_at_speeds(loaded, speeds, harmonics=highest), strict=True)
-        return [found[number] for number in range(len(self.conditions))]
+        cases: list[tuple[Machine, list[float]]] = []
+        owners: list[tuple[int, list[int]]] = []
+        failed: dict[int, RotorwiseError] = {}
+        for owner, machine in enumerate(machines):
+            for numbers in loads.values():
+                try:
+                    loaded = at_condition(machine, self.conditions[numbers[0]])
+                except InvalidValueError as problem:
+                    failed[owner] = problem
+                    break
+                cases.append((loaded, [self.conditions[number].speed_rpm for number in numbers]))
+                owners.append((owner, numbers))
+        highest = max(self._whole_orders, default=1) + FURTHER_HARMONICS
+        motions: dict[tuple[int, int], PeriodicMotion] = {}
+        for (owner, numbers), found in zip(owners, harmonic_balances(cases, harmonics=highest), strict=True):
+            if isinstance(found, RotorwiseError):
+                failed[owner] = found
+            else:
+                motions |= {(owner, number): motion for number, motion in zip(numbers, found, strict=True)}
+        every = range(len(self.conditions))
+        return [failed.get(owner) or [motions[owner, number] for number in every] for owner in range(len(machines))]
 
     def _seen(self, machine: Machine, motion: PeriodicMotion, index: int) -> np.ndarray:
         if sensor_effects(machine):
@@ -311,7 +321,9 @@ class Predictor:
         without: Sequence[Simulation | None] | None,
     ) -> np.ndarray | None:
         found = []
-        balanced = self._moving(_moving_part(base)) if base is not None else None
+        (balanced,) = self._all_moving([_moving_part(base)]) if base is not None else (None,)
+        if isinstance(balanced, RotorwiseError):
+            raise _NotPeriodicError(str(balanced))
         for index, run in enumerate(runs):
             less = without[index] if without is not None else None
             if run is None or (without is not None and less is None):

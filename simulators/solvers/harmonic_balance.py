@@ -107,7 +107,6 @@ def harmonic_balance(machine: Machine, *, speed_rpm: float, harmonics: int = 8, 
     return harmonic_balance_at_speeds(machine, [speed_rpm], harmonics=harmonics, revolutions=revolutions)[0]
 
 
-@single_blas_thread
 def harmonic_balance_at_speeds(
     machine: Machine, speeds_rpm: Sequence[float], *, harmonics: int = 8, revolutions: int = 1
 ) -> list[PeriodicMotion]:
@@ -115,19 +114,69 @@ def harmonic_balance_at_speeds(
 
     Parameters and errors as in `harmonic_balance`; one speed without a periodic motion fails them all.
     """
+    (found,) = harmonic_balances([(machine, speeds_rpm)], harmonics=harmonics, revolutions=revolutions)
+    if isinstance(found, RotorwiseError):
+        raise found
+    return found
+
+
+@single_blas_thread
+def harmonic_balances(
+    cases: Sequence[tuple[Machine, Sequence[float]]], *, harmonics: int = 8, revolutions: int = 1
+) -> list[list[PeriodicMotion] | RotorwiseError]:
+    """Return the steady periodic motions of several machines, each at several speeds, side by side.
+
+    Parameters as in `harmonic_balance`. A machine without a periodic motion at one of its speeds has that error in its
+    place.
+    """
     if harmonics < 1 or revolutions < 1:
         raise InvalidValueError(f"{harmonics} harmonics over {revolutions} revolutions; allowed: 1 or more of both.")
-    profiles = [steady(speed_rpm=speed) for speed in speeds_rpm]
-    systems = _systems(machine, profiles)
-    groups: dict[object, list[int]] = {}
-    for i, system in enumerate(systems):
-        groups.setdefault(_wiring(system) if any(own is not systems[0] for own in systems) else None, []).append(i)
-    found: dict[int, PeriodicMotion] = {}
+    found: dict[tuple[int, int], PeriodicMotion] = {}
+    failed: dict[int, RotorwiseError] = {}
+    groups: dict[object, list[_Lane]] = {}
+    for number, (machine, speeds_rpm) in enumerate(cases):
+        profiles = [steady(speed_rpm=speed) for speed in speeds_rpm]
+        try:
+            systems = _systems(machine, profiles)
+        except RotorwiseError as problem:
+            failed[number] = problem
+            continue
+        wiring = {id(system): _wiring(system) for system in systems}
+        for index, (profile, system) in enumerate(zip(profiles, systems, strict=True)):
+            lane = _Lane((number, index), system, profile.speeds_rad_s[0])
+            groups.setdefault(wiring[id(system)], []).append(lane)
     for group in groups.values():
-        speeds = [profiles[i].speeds_rad_s[0] for i in group]
-        motions = _motions([systems[i] for i in group], speeds, harmonics * revolutions, revolutions)
-        found.update(zip(group, motions, strict=True))
-    return [found[i] for i in range(len(profiles))]
+        for lane, motion in zip(group, _side_by_side(group, harmonics * revolutions, revolutions), strict=True):
+            if isinstance(motion, PeriodicMotion):
+                found[lane.place] = motion
+            else:
+                failed.setdefault(lane.place[0], motion)
+    return [
+        failed[number] if number in failed else [found[number, index] for index in range(len(speeds))]
+        for number, (_, speeds) in enumerate(cases)
+    ]
+
+
+@dataclass(frozen=True, eq=False)
+class _Lane:
+    """One machine at one speed; ``place`` is the number of the case, then of the speed."""
+
+    place: tuple[int, int]
+    system: System
+    speed_rad_s: float
+
+
+def _side_by_side(lanes: list[_Lane], count: int, revolutions: int) -> list[PeriodicMotion | RotorwiseError]:
+    """Return the motions of lanes; where some force does not repeat, one machine after the other."""
+    try:
+        return _motions([lane.system for lane in lanes], [lane.speed_rad_s for lane in lanes], count, revolutions)
+    except RotorwiseError as problem:
+        cases: dict[int, list[_Lane]] = {}
+        for lane in lanes:
+            cases.setdefault(lane.place[0], []).append(lane)
+        if len(cases) == 1:
+            return [problem] * len(lanes)
+        return [one for own in cases.values() for one in _side_by_side(own, count, revolutions)]
 
 
 def _systems(machine: Machine, profiles: Sequence[SpeedProfile]) -> list[System]:
@@ -169,12 +218,16 @@ def kept_systems() -> int:
 
 def _wiring(system: System) -> object:
     """Return what lanes that are balanced together share."""
-    forces = tuple((force.law, len(force.parameters)) for force in system.forces)
+    forces = tuple(
+        (force.law, len(force.parameters), *(force.parameters[i] for i in force.law.counts)) for force in system.forces
+    )
     ends = tuple(tuple(rows.tolist()) for rows in (*system.inputs, *system.outputs))
     return forces, ends, system.motion_rows.tobytes(), system.force_directions.tobytes()
 
 
-def _motions(systems: list[System], speeds_rad_s: list[float], count: int, revolutions: int) -> list[PeriodicMotion]:
+def _motions(
+    systems: list[System], speeds_rad_s: list[float], count: int, revolutions: int
+) -> list[PeriodicMotion | RotorwiseError]:
     """Return the motions of lanes with the same forces, up to ``count`` harmonics of the period."""
     first, orders = systems[0], np.arange(count + 1) / revolutions
     excited = [force.name for force in first.forces if force.law.self_excited]
@@ -196,17 +249,15 @@ def _motions(systems: list[System], speeds_rad_s: list[float], count: int, revol
             pushed, residuals = balanced_newton(forces, responding)
     else:
         pushed, residuals = np.zeros((len(systems), count + 1, 0), dtype=complex), np.zeros(len(systems))
-    unfinished = np.flatnonzero(~(residuals < WORST))
-    if unfinished.size:
-        raise NoPeriodicMotionError(
-            f"The harmonic balance of this machine did not converge (last relative change "
-            f"{residuals[unfinished[0]]:.2g}). Its motion may not be periodic, or it needs more harmonics; simulate it "
-            "in time instead."
-        )
     motions = _one_sided(responding.motions(pushed).swapaxes(1, 2))
     probes = _one_sided((responding.of_probes @ pushed[..., None])[..., 0].swapaxes(1, 2))
     return [
         PeriodicMotion(orders, probes[i], motions[i], system.probes, speed, float(residuals[i]))
+        if residuals[i] < WORST
+        else NoPeriodicMotionError(
+            f"The harmonic balance of this machine did not converge (last relative change {residuals[i]:.2g}). Its "
+            "motion may not be periodic, or it needs more harmonics; simulate it in time instead."
+        )
         for i, (system, speed) in enumerate(zip(systems, speeds_rad_s, strict=True))
     ]
 
