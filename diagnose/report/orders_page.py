@@ -112,7 +112,7 @@ def _page(name: str, looked: Looked, found: Orders, rows: list[list[Any]], lines
     recording = looked.recording
     facts = [
         f"Speed: {found.shaft.words}.",
-        *(f"{' '.join(line.split()).capitalize()}." for line in lines),
+        *(f"{line[0].upper()}{' '.join(line[1:].split())}." for line in lines),
     ]
     page = SignalPage("orders", name, f"Shaft orders at {found.shaft.words.split(',')[0]}", facts, looked.warnings)
     page.table(_HEADS, rows, caption="Orders over the run, peak amplitudes")

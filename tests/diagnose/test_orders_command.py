@@ -59,6 +59,9 @@ def test_a_run_through_a_resonance_shows_the_critical_speed(monkeypatch, capsys,
     assert found["damping_ratio"] == pytest.approx(ratio, rel=0.1)
     assert run(monkeypatch, "orders", path, "--tacho", "tacho", "--bandwidth", 5) == 0
     assert "critical speed  11" in capsys.readouterr().out
+    page = tmp_path / "through.html"
+    assert run(monkeypatch, "orders", path, "--tacho", "tacho", "--bandwidth", 5, "--report", page) == 0
+    assert "Critical speed 11" in page.read_text(encoding="utf-8")
 
 
 def test_without_a_tacho_the_speed_is_tracked_in_the_vibration(run_up, monkeypatch, capsys):
