@@ -36,5 +36,6 @@ def passed_speeds(looked: Looked, found: Orders) -> tuple[CriticalSpeed, ...]:
     stride = max(1, math.ceil(1 / (found.bandwidth_hz * float(found.time_s[1] - found.time_s[0]))))
     seen = np.flatnonzero(np.isfinite(values).all(axis=0))[::stride]
     rpm = 60 * found.speed_hz
-    rate = np.gradient(rpm, found.time_s)
+    # Measured speeds scatter; their derivative would scatter more.
+    rate = np.polynomial.Polynomial.fit(found.time_s, rpm, 3).deriv()(found.time_s)
     return critical_speeds(rpm[seen], np.array(values)[:, seen], rate_rpm_s=rate[seen])

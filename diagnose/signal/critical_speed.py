@@ -114,9 +114,8 @@ class _Modes:
 def _best(speed: np.ndarray, values: np.ndarray) -> _Modes:
     """Return the fit with the best number of modes, each found beside those before it."""
     left, _ = _left(np.zeros(0), speed, values)
-    without = float(left @ left)
-    nothing = best = _Modes(np.zeros(0), np.zeros((0, 0)), np.zeros(0), _criterion(left, 0, len(values)))
-    power = without
+    power = without = float(left @ left)
+    best = _Modes(np.zeros(0), np.zeros((0, 0)), np.zeros(0), _criterion(left, 0, len(values)))
     position = np.zeros(0)
     for count in range(1, MOST + 1):
         if power <= 1e-20 * values.size:
@@ -128,7 +127,7 @@ def _best(speed: np.ndarray, values: np.ndarray) -> _Modes:
             break
         if criterion < best.criterion and power < (1 - LEAST_SHARE) * without:
             best = _Modes(position, covariance, _parts(position, speed, values), criterion)
-    return best if best.position.size else nothing
+    return best
 
 
 def _overlap(position: np.ndarray) -> bool:
