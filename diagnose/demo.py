@@ -47,6 +47,7 @@ def run_demo(folder: Path, *, force: bool) -> int:
         probes=(),
         loads=(),
         without=frozenset(),
+        as_given=False,
     )
     taken, result = run(work, MACHINE, report=folder / REPORT, output=folder / EXTENDED, as_json=False, force=force)
     _show_truth(folder / SEALED, result)

@@ -64,6 +64,9 @@ Loads = Annotated[
 Without = Annotated[
     list[str] | None, option("--without", value="EFFECT", text="Effect that is not to be considered; repeat.")
 ]
+AsGiven = Annotated[
+    bool, option("--as-given", text="Do not add what healthy recordings say that the model's supports lack.")
+]
 Output = Annotated[
     Path | None, option("--output", "-o", value="FILE.toml", text="Write the extended machine here; it simulates.")
 ]
@@ -82,6 +85,7 @@ class Work:
     probes: tuple[str, ...]
     loads: tuple[str, ...]
     without: frozenset[str]
+    as_given: bool
 
 
 def gap(
@@ -103,6 +107,7 @@ def gap(
     pulses_per_revolution: options.Pulses = None,
     sidecar: options.Sidecar = None,
     without: Without = None,
+    as_given: AsGiven = False,
     report: options.Report = None,
     output: Output = None,
     as_json: AsJson = False,
@@ -123,6 +128,7 @@ def gap(
             probes=tuple(probes or ()),
             loads=tuple(loads or ()),
             without=_known_effects(without or []),
+            as_given=as_given,
         )
     except RotorwiseError as problem:
         raise _leave(problem, _USAGE) from None
@@ -211,7 +217,8 @@ def _worked(work: Work) -> tuple[ReadCampaign, GapResult]:
 
         try:
             explained = single_blas_thread(explain.explain_gap)
-            return taken, explained(taken.campaign, work.machine, without=work.without, tell=tell)
+            options = {"without": work.without, "as_given": work.as_given}
+            return taken, explained(taken.campaign, work.machine, **options, tell=tell)
         except RotorwiseError as problem:
             raise _leave(problem, _FILE_FAILED) from None
         except (ArithmeticError, AttributeError, LookupError, MemoryError, TypeError, ValueError) as bug:

@@ -30,6 +30,13 @@ Noise = Annotated[
 Family = Annotated[
     str, option("--family", value="tune|score", text="Trials to set thresholds on, or to judge by; none is in both.")
 ]
+WrongForm = Annotated[
+    float,
+    decimal_option(
+        "--wrong-form", value="SHARE", text="Share of their stiffness by which the supports differ from the model's."
+    ),
+]
+AsGiven = Annotated[bool, option("--as-given", text="The engine does not extend its model on healthy recordings.")]
 Jobs = Annotated[int | None, option("--jobs", value="J", text="Processes; one for every core when left out.")]
 Output = Annotated[
     Path, option("--output", "-o", value="FOLDER", text="Where outcomes, scores and pictures go; a run goes on there.")
@@ -43,6 +50,8 @@ def trials(
     seed: Seed,
     snr_db: Noise,
     family: Family = "score",
+    wrong_form: WrongForm = 0.0,
+    as_given: AsGiven = False,
     jobs: Jobs = None,
     output: Output = Path("rotorwise-trials"),
     as_json: AsJson = False,
@@ -55,9 +64,10 @@ def trials(
     from .gap.trials.run import TrialFileError, Trials, run_trials
     from .gap.trials.scores import score
 
-    which = Trials(machine, seed, snr_db, family)
+    which = Trials(machine, seed, snr_db, family, wrong_form, as_given)
     jobs = _checked(count, jobs, output)
     name = f"{machine}-{family}-seed{seed}-{snr_db:g}db"
+    name += (f"-wrong{wrong_form:g}" if wrong_form else "") + ("-as-given" if as_given else "")
     try:
         with _progress(count) as tell:
             outcomes = run_trials(which, count, explain_gap, file=output / f"{name}.jsonl", jobs=jobs, tell=tell)
@@ -113,7 +123,7 @@ def _progress(count: int) -> Any:
 
 
 def _origin(which: Trials) -> dict[str, Any]:
-    return {"machine": which.machine, "seed": which.seed, "snr_db": which.snr_db, "family": which.family}
+    return {name: value for name, value in which.head.items() if name != "rotorwise_trials"}
 
 
 def _data(found: Scores) -> dict[str, Any]:

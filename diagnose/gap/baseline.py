@@ -15,7 +15,7 @@ import numpy as np
 
 from ...simulators.machine import Machine
 from ...simulators.parameter import Normal, Parameter
-from .coordinates import Coordinate, coordinates_of, values_at
+from .coordinates import Coordinate, coordinates_of
 from .lines import Condition, OrderLines
 from .predict import Predictor
 
@@ -77,18 +77,34 @@ class Baseline:
 
 
 def machine_at(machine: Machine, coordinates: tuple[Coordinate, ...], position: np.ndarray) -> Machine:
-    """Return the machine with its uncertain parameters at a position."""
-    return machine.with_parameters(**values_at(coordinates, position))
+    """Return the machine, and the effects that it is given with, with their uncertain parameters at a position."""
+    effects = list(machine.effects)
+    for coordinate, z in zip(coordinates, position, strict=True):
+        if coordinate.effect is not None:
+            moved = {coordinate.parameter.name: coordinate.value(float(z))}
+            effects[coordinate.effect] = effects[coordinate.effect].with_values(**moved)
+    own = [(c, float(z)) for c, z in zip(coordinates, position, strict=True) if c.effect is None]
+    values = {c.parameter.name: c.value(z) for c, z in own}
+    return replace(machine.with_parameters(**values), effects=tuple(effects))
 
 
-def start(machine: Machine, predictor: Predictor, *, tell: Callable[[str], None] = lambda _: None) -> Baseline:
-    """Return the machine as given, linearised; parameters that move nothing measured are not active."""
+def start(
+    machine: Machine,
+    predictor: Predictor,
+    added: Sequence[Coordinate] = (),
+    *,
+    tell: Callable[[str], None] = lambda _: None,
+) -> Baseline:
+    """Return the machine as given, linearised; parameters that move nothing measured are not active.
+
+    ``added`` are coordinates of effects that the machine is given with.
+    """
     load = machine.definition.load_parameter
     values = machine.values
-    coordinates = coordinates_of(
-        [_uncertain(p, values[p.name]) for p in machine.definition.parameters if p.name != load]
-    )
-    given = np.array([c.coordinate(values[c.parameter.name]) for c in coordinates])
+    own = coordinates_of([_uncertain(p, values[p.name]) for p in machine.definition.parameters if p.name != load])
+    given = [c.coordinate(values[c.parameter.name]) for c in own]
+    given += [c.coordinate(machine.effects[c.effect or 0].values()[c.parameter.name]) for c in added]
+    coordinates, given = (*own, *added), np.array(given)
     tell(f"slopes of {len(coordinates)} machine parameters")
     found = linearised(machine, coordinates, given, given, np.ones(given.size, dtype=bool), predictor)
     scale = np.sqrt(np.mean(np.abs(found.lines) ** 2, axis=(0, 2), keepdims=True)) * NEGLIGIBLE + 1e-300

@@ -6,7 +6,7 @@ out. Where the motion repeats with the shaft the slopes are computed anew at eve
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -17,11 +17,13 @@ from .baseline import (
     ModelError,
     again,
     error_covariance,
+    linearised,
     model_error,
     noise_covariance,
     shifted,
     start,
 )
+from .coordinates import Coordinate
 from .lines import OrderLines, stacked
 from .predict import Predictor
 
@@ -42,13 +44,22 @@ SHARES = np.concatenate([[0.0], np.geomspace(1e-3, 3.0, 60)])
 
 
 def calibrated(
-    machine: Machine, healthy: OrderLines, predictor: Predictor, *, tell: Callable[[str], None] = lambda _: None
+    machine: Machine,
+    healthy: OrderLines,
+    predictor: Predictor,
+    added: Sequence[Coordinate] = (),
+    *,
+    begin: np.ndarray | None = None,
+    tell: Callable[[str], None] = lambda _: None,
 ) -> Baseline:
     """Return the machine with its parameters where the healthy lines put them, linearised there.
 
-    Only the healthy conditions are used; ``predictor`` is for those.
+    Only the healthy conditions are used; ``predictor`` is for those. ``added`` are coordinates of effects that the
+    machine is given with; ``begin`` is the position to begin at, else the machine as given.
     """
-    current = start(machine, predictor, tell=tell)
+    current = start(machine, predictor, added, tell=tell)
+    if begin is not None:
+        current = linearised(machine, current.coordinates, begin, current.given, current.active, predictor)
     repeats = predictor.repeats(machine)
     error = model_error(current.lines)
     best, damping = objective(current, healthy, error), DAMPING

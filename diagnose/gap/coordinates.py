@@ -22,9 +22,13 @@ class Coordinate:
     ----------
     parameter : Parameter
         Its prior is not None.
+    effect : int, optional
+        Number of the effect, among those that the machine is given with, whose parameter it is; None for one of the
+        machine's own.
     """
 
     parameter: Parameter
+    effect: int | None = None
 
     @property
     def is_angle(self) -> bool:

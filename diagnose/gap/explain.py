@@ -49,6 +49,7 @@ def explain_gap(
     *,
     without: frozenset[str] = frozenset(),
     only: frozenset[str] | None = None,
+    as_given: bool = False,
     tell: Tell = lambda _: None,
 ) -> GapResult:
     """Return what a simulated machine gets wrong about a measured one, its cause, and the gain of adding it.
@@ -63,6 +64,8 @@ def explain_gap(
         Effects that do not compete.
     only : frozenset of str, optional
         The only effects that compete.
+    as_given : bool
+        Do not add what the healthy recordings say that the machine's supports lack.
     tell : callable
         Called with a few words on what is being done.
 
@@ -72,7 +75,8 @@ def explain_gap(
         When no channel is a probe of the machine, or a recording cannot be used.
     """
     tell("observing the recordings")
-    return explained(prepare(campaign, machine, without=without, tell=tell), machine, without, only, tell)
+    prepared = prepare(campaign, machine, without=without, as_given=as_given, tell=tell)
+    return explained(prepared, machine, without, only, tell)
 
 
 def explained(
@@ -127,9 +131,17 @@ def _competing(
 
 
 def prepare(
-    campaign: Campaign, machine: Machine, *, without: frozenset[str] = frozenset(), tell: Tell = lambda _: None
+    campaign: Campaign,
+    machine: Machine,
+    *,
+    without: frozenset[str] = frozenset(),
+    as_given: bool = False,
+    tell: Tell = lambda _: None,
 ) -> Prepared:
-    """Return observed lines and the calibrated baseline; effects of ``without`` are not named from the waveform."""
+    """Return observed lines and the calibrated baseline; effects of ``without`` are not named from the waveform.
+
+    With ``as_given`` the machine's supports stay as its model has them.
+    """
     channels = _channels(campaign, machine)
     measured, healthy, further = observed(campaign, machine, channels)
     seen = seen_in_waveform(campaign.recordings, campaign.baseline, list(channels))
@@ -143,7 +155,7 @@ def prepare(
     own = _predictor(healthy, campaign.baseline) if healthy else None
     if healthy and own and predictor.noise is not None and own.noise is not None:
         predictor = replace(predictor, noise=not_of_the_fault(predictor.noise, measured, own.noise, healthy))
-    found = put_together(machine, measured, predictor, healthy, own, tell=tell)
+    found = put_together(machine, measured, predictor, healthy, own, as_given=as_given, tell=tell)
     return replace(found, waveform=waveform, flawed=flawed, found_lines=further)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ...datasets.sidecar import FOLDER_SIDECAR
 from ...simulators.effects.empirical_force import EmpiricalForce
+from ...simulators.effects.empirical_stiffness import EmpiricalStiffness
 from ...simulators.errors import RotorwiseError
 from ...simulators.machine import machine_from_toml
 from ..papers_files import write_whole
@@ -164,6 +165,8 @@ def _annotated(body: str, result: GapResult) -> Iterator[str]:
             # The last ones: the machine as given may have some of its own.
             own = numbers[effect] - sum(effect == e.NAME for e in result.extended.effects) + len(result.empirical)
             remark = _force_remark(result.empirical[own], name) if own >= 0 else ""
+        elif equals and current is not None and effect == EmpiricalStiffness.NAME:
+            remark = "what the healthy recordings ask for" if name == "effect" else ""
         elif equals and current is not None:
             remark = _interval(result.causes, effect, at, name)
         yield f"{line}  # {remark}" if remark else line

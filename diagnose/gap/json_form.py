@@ -7,7 +7,7 @@ from typing import Any
 
 from ..json_output import number
 from .lines import Condition, LineKind
-from .result import AddedForce, Cause, Estimate, GapResult, ResidualLine, Score
+from .result import AddedForce, Cause, Estimate, GapResult, ModelForm, ResidualLine, Score
 from .words import line_names, mesh_orders, sentence_of
 
 
@@ -41,6 +41,7 @@ def as_json(result: GapResult) -> dict[str, Any]:
         "misfit": number(result.misfit),
         "machine": {"name": result.machine.name, "preset": result.machine.preset_name},
         "calibration": _changed(result),
+        "model_form": _form(result.form) if result.form else None,
         "extended": result.extended.to_toml(),
         "conditions": conditions,
         "probes": list(measured.probes),
@@ -68,6 +69,20 @@ def _score(score: Score | None) -> dict[str, float | None]:
         "log_prediction": number(score.log_prediction) if score else None,
         "log_held_out": number(score.log_held_out) if score else None,
     }
+
+
+def _form(form: ModelForm) -> dict[str, Any]:
+    terms = [
+        {
+            "at": one.at,
+            "strength": one.strength,
+            "value": _estimate(one.value),
+            "speed_exponent": number(one.speed_exponent),
+            "reference_speed_rpm": number(one.reference_speed_rpm),
+        }
+        for one in form.terms
+    ]
+    return {"missed_before": number(form.missed_before), "missed": number(form.missed), "terms": terms}
 
 
 def _force(force: AddedForce) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from .baseline import Baseline, ModelError, again, model_error
 from .calibration import calibrated, residual_error
 from .evidence import Problem
 from .lines import OrderLines
+from .model_form import Extended, extended
 from .predict import Predictor
 from .pulse_place import calibrated_with_pulse, turned
 from .transfer_error import TransferError, learnt, none_of
@@ -49,6 +50,8 @@ class Prepared:
         Order and added frequency (Hz) of the lines that the recordings show and that no effect states.
     pulse_rad : float
         Angle of the machine at the tacho's pulse: the lines' phases are counted from the machine's zero.
+    form : Extended or None
+        What the healthy recordings say that the machine's supports lack; None where that was not looked for.
     """
 
     measured: OrderLines
@@ -65,6 +68,7 @@ class Prepared:
     flawed: tuple[str, ...] = ()
     found_lines: tuple[tuple[float, float], ...] = ()
     pulse_rad: float = 0.0
+    form: Extended | None = None
 
     def problem(self, chosen: Sequence[int]) -> Problem:
         """Return the problem of some of the conditions."""
@@ -92,6 +96,7 @@ def put_together(
     healthy: OrderLines | None = None,
     healthy_predictor: Predictor | None = None,
     *,
+    as_given: bool = False,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Prepared:
     """Return the machine calibrated on its healthy lines, or on those to explain where there are none.
@@ -103,12 +108,19 @@ def put_together(
         To explain, and of the healthy machine; of the same probes and lines.
     predictor, healthy_predictor : Predictor
         For their conditions.
+    as_given : bool
+        Do not add what the healthy lines say that the machine's supports lack.
     """
     held_out = _held_out(measured)
     fitted = tuple(i for i in range(len(measured.conditions)) if i not in held_out)
-    pulse_rad = 0.0
+    pulse_rad, form = 0.0, None
     if healthy and healthy_predictor:
         at_calibration, pulse_rad = calibrated_with_pulse(machine, healthy, healthy_predictor, tell=tell)
+        if not as_given:
+            highest = max(one.speed_rpm for one in (*measured.conditions, *healthy.conditions))
+            own = turned(healthy, pulse_rad)
+            form = extended(machine, at_calibration, own, healthy_predictor, reference_rpm=highest, tell=tell)
+            at_calibration = form.at_healthy
         measured, healthy = turned(measured, pulse_rad), turned(healthy, pulse_rad)
     else:
         at_calibration = calibrated(machine, measured.select(fitted), predictor.select(fitted), tell=tell)
@@ -127,6 +139,7 @@ def put_together(
         error=error,
         transfer=learnt(at_calibration, healthy, probes) if healthy else none_of(measured),
         pulse_rad=pulse_rad,
+        form=form,
     )
 
 

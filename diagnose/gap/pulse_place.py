@@ -7,7 +7,7 @@ every condition, healthy or not. The healthy recordings tell the angle where the
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from ...simulators.machine import Machine
 from .baseline import Baseline, model_error
 from .calibration import calibrated, objective
+from .coordinates import Coordinate
 from .lines import OrderLines
 from .predict import Predictor
 
@@ -29,7 +30,12 @@ ROUNDS = 3
 
 
 def calibrated_with_pulse(
-    machine: Machine, healthy: OrderLines, predictor: Predictor, *, tell: Callable[[str], None] = lambda _: None
+    machine: Machine,
+    healthy: OrderLines,
+    predictor: Predictor,
+    added: Sequence[Coordinate] = (),
+    *,
+    tell: Callable[[str], None] = lambda _: None,
 ) -> tuple[Baseline, float]:
     """Return the calibrated machine and the angle (rad) by which it has turned when the pulse comes.
 
@@ -39,8 +45,10 @@ def calibrated_with_pulse(
     healthy : OrderLines
     predictor : Predictor
         For the healthy conditions.
+    added : sequence of Coordinate
+        Of effects that the machine is given with.
     """
-    plain = calibrated(machine, healthy, predictor, tell=tell)
+    plain = calibrated(machine, healthy, predictor, added, tell=tell)
     given = predictor.amplitudes(machine)
     angle = _best_angle(healthy, given)
     if _agreement(healthy, given, np.array([angle, 0.0])) @ [1, -1] < CLEARLY:
@@ -49,7 +57,7 @@ def calibrated_with_pulse(
     for _ in range(ROUNDS):
         tell(f"calibration with the pulse at {np.degrees(angle):.0f} deg")
         here = turned(healthy, angle)
-        found = calibrated(machine, here, predictor, tell=tell)
+        found = calibrated(machine, here, predictor, added, tell=tell)
         if _power(found, here) > best - LEAST_GAIN * (kept[1] == 0.0):
             break
         best, kept = _power(found, here), (found, angle)

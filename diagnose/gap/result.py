@@ -98,6 +98,48 @@ class AddedForce:
 
 
 @dataclass(frozen=True)
+class SupportTerm:
+    """A spring or damper between a support and the ground that healthy recordings ask for and the model lacks.
+
+    Attributes
+    ----------
+    at : str
+        Place of the machine.
+    strength : str
+        Parameter of the effect `empirical_stiffness`: "stiffness_n_m", "difference_n_m", "cross_n_m" or
+        "damping_n_s_m".
+    speed_exponent, reference_speed_rpm : float
+        It grows with this power of the speed, up to the reference.
+    value : Estimate
+        At the reference speed.
+    """
+
+    at: str
+    strength: str
+    speed_exponent: float
+    reference_speed_rpm: float
+    value: Estimate
+
+
+@dataclass(frozen=True)
+class ModelForm:
+    """What was added to the machine on its healthy recordings, before anything was diagnosed.
+
+    Attributes
+    ----------
+    terms : tuple of SupportTerm
+        Empty where the healthy recordings ask for none.
+    missed_before, missed : float
+        Share of the healthy lines that the calibrated machine misses, without and with them, at the probe where it
+        is largest.
+    """
+
+    terms: tuple[SupportTerm, ...]
+    missed_before: float
+    missed: float
+
+
+@dataclass(frozen=True)
 class ResidualLine:
     """A line that the calibrated machine without any effect gets wrong.
 
@@ -214,6 +256,8 @@ class GapResult:
         Evidence, and prediction of each condition from the others, of the hypotheses that were fitted.
     flawed : tuple of str
         Channels whose waveform shows a defect that no effect that competes makes.
+    form : ModelForm, optional
+        What the healthy recordings say that the supports lack; None where that was not looked for.
     """
 
     kind: str
@@ -237,3 +281,4 @@ class GapResult:
     empirical: tuple[AddedForce, ...] = ()
     scores: Mapping[tuple[str, ...], Score] = field(default_factory=dict)
     flawed: tuple[str, ...] = ()
+    form: ModelForm | None = None

@@ -16,6 +16,7 @@ from .empirical import AddedForce, as_effect
 from .evidence import Comparison, Widened
 from .gain import explained
 from .judged import judged
+from .model_form import form_of
 from .next_measurement import next_measurement
 from .prediction import score_of, score_of_unknown
 from .refine import Fit
@@ -25,6 +26,7 @@ from .shown_lines import sigmas
 from .tuned import SAME, in_band
 from .wanted_lines import is_locked
 from .waveform import SUSPECTED, accounts_for_lines
+from .words import form_words
 
 if TYPE_CHECKING:
     from .prepared import Prepared
@@ -68,6 +70,7 @@ def told(
     suspected = [_suspicion(name, own) for name, own in prepared.waveform.items() if name not in shown]
     closest = _closest(posterior) if kind == "unknown" and not best.candidates else ()
     added = tuple(as_effect(one) for one in forces)
+    form = form_of(prepared.form) if prepared.form else None
     after = explained(best, everything, further=added)
     return GapResult(
         kind=kind,
@@ -87,10 +90,11 @@ def told(
         calibrated=calibrated,
         extended=best.machine(best.problem.baseline.machine if best.problem else calibrated).with_effects(*added),
         not_compared=dict(not_compared),
-        remarks=(*closest, *_pulse(prepared.pulse_rad), *remarks, *suspected),
+        remarks=(*filter(None, [form_words(form)]), *closest, *_pulse(prepared.pulse_rad), *remarks, *suspected),
         empirical=tuple(forces),
         scores=_scores(posterior),
         flawed=prepared.flawed,
+        form=form,
     )
 
 

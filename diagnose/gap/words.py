@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from .result import AddedForce, Cause, Estimate, Gain, GapResult, ResidualLine
+from .result import AddedForce, Cause, Estimate, Gain, GapResult, ModelForm, ResidualLine
 from .waveform import ONLY_IN_WAVEFORM
 
 if TYPE_CHECKING:
@@ -19,6 +19,12 @@ NOTABLE_SIGMA = 4.0
 ALIKE = 1.2
 #: Orders and conditions that a sentence names.
 MOST_NAMED = 4
+_STRENGTHS = {
+    "stiffness_n_m": "stiffness",
+    "difference_n_m": "half of stiffness in x less y",
+    "cross_n_m": "cross-coupled stiffness",
+    "damping_n_s_m": "damping",
+}
 _NO_LINE = "No line by itself differs from the model"
 #: Sidebands of a mesh line are named after it up to this distance.
 _MOST_SIDEBANDS = 3
@@ -325,6 +331,22 @@ def readable_unit(unit: str, *, largest: float) -> tuple[float, str]:
         if largest < limit:
             return factor, name
     return 1.0, unit
+
+
+def form_words(form: ModelForm | None) -> str:
+    """Return what was added to the supports on the healthy recordings, in a sentence; empty where nothing was."""
+    if form is None or not form.terms:
+        return ""
+    words = []
+    for one in form.terms:
+        grows = f" growing as speed^{one.speed_exponent:g}" if one.speed_exponent else ""
+        at = f" at {one.reference_speed_rpm:.0f} rpm" if grows else ""
+        words.append(f"{_STRENGTHS[one.strength]} at {one.at}{grows}, {estimate_words(one.value)}{at}")
+    return (
+        f"The healthy recordings show that the model's supports are wrong: calibrated, it misses "
+        f"{form.missed_before:.1%} of their lines, and {form.missed:.1%} with what was added before anything was "
+        f"diagnosed: {'; '.join(words)}."
+    )
 
 
 def probability_words(probability: float) -> str:

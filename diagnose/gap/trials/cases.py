@@ -34,6 +34,7 @@ from .draws import applicable, drawn, drifted, perturbed, weakened
 from .lines import Lines, detectability, lines_of, orders_of, with_stated
 from .ranges import TrialRange, find_range
 from .recorder import GAIN_DEVIATION, Setting, clean_record, kept, motions, moves_as, noise_of, recording
+from .wrong_form import supports_of, with_wrong_form
 
 FAMILIES = ("tune", "score")
 KINDS = ("none", "one", "two", "unknown")
@@ -46,6 +47,8 @@ MOST_MACHINES = 5
 BELOW_DETECTABILITY, ROUNDS = 4.0, 4
 #: Share of trials with a further imperfection, and of those whose healthy records have other speeds.
 WITH_IMPERFECTION, OTHER_SPEEDS = 0.5, 0.2
+#: Word of the seeds of a wrong form, which change nothing else of a trial.
+WRONG_FORM = 7
 
 
 @dataclass(frozen=True)
@@ -97,7 +100,9 @@ class TrialCase:
     redrawn: int
 
 
-def make_case(machine: str, *, number: int, seed: int, snr_db: float, family: str = "score") -> TrialCase:
+def make_case(
+    machine: str, *, number: int, seed: int, snr_db: float, family: str = "score", wrong_form: float = 0.0
+) -> TrialCase:
     """Return one trial; the same arguments give the same trial, to the bit.
 
     Parameters
@@ -111,20 +116,23 @@ def make_case(machine: str, *, number: int, seed: int, snr_db: float, family: st
         Rms of a record's vibration over rms of its broadband noise.
     family : str
         "tune" or "score"; no trial of one is a trial of the other.
+    wrong_form : float
+        Share of their stiffness by which the machine's supports are other than its model's.
 
     Raises
     ------
     InvalidValueError
         For a value that is not allowed.
     """
-    check(machine, seed=seed, snr_db=snr_db, family=family)
+    check(machine, seed=seed, snr_db=snr_db, family=family, wrong_form=wrong_form)
     kind, drifts = kind_of(machine, number=number, seed=seed, family=family)
     words = _words(machine, seed, family)
     for attempt in range(MOST_MACHINES):
         # Even last words: the odd one belongs to `kind_of`.
         generator = np.random.default_rng([*words, number, 2 * attempt])
+        form = np.random.default_rng([*words, number, 2 * attempt, WRONG_FORM])
         try:
-            return _made(find_machine(machine), kind, drifts, number, snr_db, generator)
+            return _made(find_machine(machine), kind, drifts, number, snr_db, generator, (wrong_form, form))
         except RotorwiseError:
             # A healthy machine that happens to be unstable is no machine that anybody runs.
             if attempt == MOST_MACHINES - 1:
@@ -143,10 +151,14 @@ def _words(machine: str, seed: int, family: str) -> list[int]:
     return [FAMILIES.index(family), zlib.crc32(machine.encode()), seed]
 
 
-def check(machine: str, *, seed: int, snr_db: float, family: str) -> None:
+def check(machine: str, *, seed: int, snr_db: float, family: str, wrong_form: float = 0.0) -> None:
     """Raise InvalidValueError for a value that is not allowed."""
-    find_machine(machine)
+    known = find_machine(machine)
     find_range(machine)
+    if not 0 <= wrong_form <= 0.5:
+        raise InvalidValueError(f"wrong_form = {wrong_form:g}; allowed: 0 to 0.5 of the stiffness. Correct it.")
+    if wrong_form:
+        supports_of(known)
     if not 0 <= seed < 2**32:
         raise InvalidValueError(f"seed = {seed}; allowed: 0 to {2**32 - 1}. Correct it.")
     if not (math.isfinite(snr_db) and -20 <= snr_db <= 120):
@@ -206,11 +218,19 @@ class Scene:
 
 
 def _made(
-    machine: Machine, kind: str, drifts: bool, number: int, snr_db: float, generator: np.random.Generator
+    machine: Machine,
+    kind: str,
+    drifts: bool,
+    number: int,
+    snr_db: float,
+    generator: np.random.Generator,
+    wrong_form: tuple[float, np.random.Generator],
 ) -> TrialCase:
     how = find_range(machine.name)
     catalogue = applicable(machine, probes=how.recorded(machine))
     healthy = perturbed(machine, generator)
+    if wrong_form[0]:
+        healthy = with_wrong_form(healthy, wrong_form[0], how, wrong_form[1])
     count = int(generator.integers(how.conditions[0], how.conditions[1] + 1))
     turns, seed = float(generator.uniform(*how.turns)), int(generator.integers(2**31))
     settings = _settings(how, count, generator)

@@ -44,15 +44,27 @@ class Trials:
     seed : int
     snr_db : float
     family : str
+    wrong_form : float
+        Share of their stiffness by which the machine's supports are other than its model's.
+    as_given : bool
+        Whether the engine must not extend the model on healthy recordings.
     """
 
     machine: str
     seed: int
     snr_db: float
     family: str = "score"
+    wrong_form: float = 0.0
+    as_given: bool = False
 
     def __post_init__(self) -> None:
-        check(self.machine, seed=self.seed, snr_db=self.snr_db, family=self.family)
+        check(self.machine, seed=self.seed, snr_db=self.snr_db, family=self.family, wrong_form=self.wrong_form)
+
+    @property
+    def head(self) -> dict[str, Any]:
+        """What the file of the outcomes says of them; what is as usual is not said."""
+        every = {"rotorwise_trials": FORMAT, **asdict(self)}
+        return {name: value for name, value in every.items() if name not in ("wrong_form", "as_given") or value}
 
 
 def run_trials(
@@ -119,10 +131,18 @@ def one_trial(trials: Trials, number: int, explain: Explain) -> Outcome:
 
     # The matrices are small, and the other cores have trials of their own.
     with threadpool_limits(1):
-        case = make_case(trials.machine, number=number, seed=trials.seed, snr_db=trials.snr_db, family=trials.family)
+        case = make_case(
+            trials.machine,
+            number=number,
+            seed=trials.seed,
+            snr_db=trials.snr_db,
+            family=trials.family,
+            wrong_form=trials.wrong_form,
+        )
         begun = time.perf_counter()
         try:
-            result = explain(case.campaign, case.machine, without=case.left_out)
+            options = {"as_given": True} if trials.as_given else {}
+            result = explain(case.campaign, case.machine, without=case.left_out, **options)
         except Exception as problem:
             text = f"{type(problem).__name__}: {problem}"
             return outcome_of(case, None, seconds=time.perf_counter() - begun, error=text)
@@ -144,7 +164,7 @@ def _oracle_gain_db(case: TrialCase, explain: Explain) -> float:
 
 def _begun(file: Path, trials: Trials) -> list[Outcome]:
     """Return the outcomes that a file holds; begin it when there is none."""
-    head = json.dumps({"rotorwise_trials": FORMAT, **asdict(trials)})
+    head = json.dumps(trials.head)
     try:
         if not file.exists():
             file.parent.mkdir(parents=True, exist_ok=True)

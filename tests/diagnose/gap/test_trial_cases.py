@@ -22,7 +22,9 @@ from rotorwise.diagnose.gap.trials.draws import applicable, drawn, drifted, like
 from rotorwise.diagnose.gap.trials.lines import Lines, detectability, lines_of, orders_of, with_stated
 from rotorwise.diagnose.gap.trials.ranges import RANGES, find_range
 from rotorwise.diagnose.gap.trials.recorder import Setting, TrialChain, motions, noise_of, recording
+from rotorwise.diagnose.gap.trials.wrong_form import supports_of, with_wrong_form
 from rotorwise.simulators.effect import SensorEffect, effect_catalogue
+from rotorwise.simulators.effects.empirical_stiffness import EmpiricalStiffness
 from rotorwise.simulators.effects.unbalance import Unbalance
 from rotorwise.simulators.errors import InvalidValueError
 from rotorwise.simulators.machine import find_machine
@@ -340,3 +342,50 @@ def test_bad_values_are_refused_with_what_is_allowed(change: dict, named: str) -
     with pytest.raises(InvalidValueError, match=named) as caught:
         make_case(options.pop("machine"), number=0, **options)
     assert "allowed" in str(caught.value)
+
+
+# ---- supports that are not the model's ----
+
+
+def test_a_wrong_form_is_the_stated_share_and_changes_nothing_else_of_a_trial() -> None:
+    right, wrong = (
+        make_case("amb_rotor", number=4, seed=1, snr_db=30.0, family="tune", wrong_form=share) for share in (0.0, 0.15)
+    )
+    assert wrong.machine.to_toml() == right.machine.to_toml()
+    assert (wrong.kind, wrong.number) == (right.kind, right.number)
+    speeds = [[one.condition.speed_rpm for one in case.campaign.recordings] for case in (right, wrong)]
+    assert speeds[0] == speeds[1]
+    how, machine = find_range("amb_rotor"), find_machine("amb_rotor")
+    top = how.speeds_rpm[-1][1]
+    made = with_wrong_form(machine, 0.15, how, np.random.default_rng(2))
+    stiffness = supports_of(machine)["bearing_1"].stiffness_n_m
+    # At the highest speed the supports' own law is that of springs of these shares.
+    forces = [one for one in made.assembly(speed_rpm=top).forces if one.name.startswith("wrong support")]
+    assert [abs(one.parameters[0]) for one in forces] == pytest.approx([0.15 * stiffness] * 2)
+    assert [abs(one.parameters[3]) for one in forces] == pytest.approx([0.15 * stiffness] * 2)
+    springs = [
+        EmpiricalStiffness(
+            at=one.name.removeprefix("wrong support "),
+            stiffness_n_m=one.parameters[0],
+            difference_n_m=0.0,
+            cross_n_m=one.parameters[3],
+            damping_n_s_m=0.0,
+        )
+        for one in forces
+    ]
+    motions_of = [harmonic_balance(m, speed_rpm=top).amplitudes for m in (made, machine.with_effects(*springs))]
+    assert motions_of[0] == pytest.approx(motions_of[1], rel=1e-9, abs=1e-9 * np.abs(motions_of[1]).max())
+
+
+def test_a_lightly_damped_support_is_crossed_no_more_than_it_holds() -> None:
+    support = supports_of(find_machine("rigid_coupling"))["bearing_2"]
+    held = support.damping_n_s_m * math.sqrt(support.stiffness_n_m / support.mass_kg)
+    assert support.across_n_m(-0.15) == pytest.approx(-0.5 * held)
+    assert support.across_n_m(0.001) == pytest.approx(0.001 * support.stiffness_n_m)
+
+
+def test_a_machine_without_known_supports_is_refused() -> None:
+    with pytest.raises(InvalidValueError, match=r"gearbox.*amb_rotor"):
+        make_case("gearbox", number=0, seed=1, snr_db=30.0, wrong_form=0.1)
+    with pytest.raises(InvalidValueError, match="wrong_form"):
+        make_case("amb_rotor", number=0, seed=1, snr_db=30.0, wrong_form=0.9)
