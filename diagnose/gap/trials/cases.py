@@ -8,7 +8,8 @@ trial is judged by. Where two are hidden, or an unknown one, effects are drawn u
 each: what nobody can see is neither half of a pair nor unknown. A draw that cannot be simulated (it makes the machine
 unstable) is drawn again.
 
-Half of the trials carry a further imperfection of another kind, so weak that its d2 is at most 4.
+Half of the trials carry a further imperfection of another kind, so weak that its d2 is at most 4. It is none that the
+waveform shows (`SHOWN_BY_WAVEFORM`): d2 is that of lines, and clipping, say, can be seen without any.
 
 The law of a hidden effect on the machine is wrong by 10 %: at every order k the effect's change of the line is
 multiplied by 1 + e_k, e_k complex normal with rms 0.1, the same at all probes and conditions. In a linear machine this
@@ -47,6 +48,7 @@ MOST_MACHINES = 5
 BELOW_DETECTABILITY, ROUNDS = 4.0, 4
 #: Share of trials with a further imperfection, and of those whose healthy records have other speeds.
 WITH_IMPERFECTION, OTHER_SPEEDS = 0.5, 0.2
+SHOWN_BY_WAVEFORM = frozenset(("aliasing", "clipping", "dc_drift", "dropped_samples", "quantisation", "speed_wander"))
 #: Word of the seeds of a wrong form, which change nothing else of a trial.
 WRONG_FORM = 7
 
@@ -241,7 +243,8 @@ def _made(
     scene = Scene(how, settings, orders_of(machine), turns, snr_db, seed)
     now = drifted(healthy, generator) if drifts else healthy
     plain = scene.run(now)[0]
-    weak = _weak(scene, now, plain, catalogue, generator) if generator.uniform() < WITH_IMPERFECTION else None
+    able = {name: parts for name, parts in catalogue.items() if name not in SHOWN_BY_WAVEFORM}
+    weak = _weak(scene, now, plain, able, generator) if generator.uniform() < WITH_IMPERFECTION else None
     base = now.with_effects(weak.effect) if weak else now
     unhidden = scene.run(base)[0] if weak else plain
     runs, truth, hidden, redrawn = _hide(scene, base, unhidden, kind, catalogue, generator)
