@@ -64,9 +64,7 @@ Loads = Annotated[
 Without = Annotated[
     list[str] | None, option("--without", value="EFFECT", text="Effect that is not to be considered; repeat.")
 ]
-AsGiven = Annotated[
-    bool, option("--as-given", text="Do not add what healthy recordings say that the model's supports lack.")
-]
+AsGiven = Annotated[bool, option("--as-given", text="Do not add what healthy recordings say that the model lacks.")]
 Output = Annotated[
     Path | None, option("--output", "-o", value="FILE.toml", text="Write the extended machine here; it simulates.")
 ]

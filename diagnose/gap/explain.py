@@ -65,7 +65,7 @@ def explain_gap(
     only : frozenset of str, optional
         The only effects that compete.
     as_given : bool
-        Do not add what the healthy recordings say that the machine's supports lack.
+        Do not add what the healthy recordings say that the model lacks.
     tell : callable
         Called with a few words on what is being done.
 
@@ -140,7 +140,7 @@ def prepare(
 ) -> Prepared:
     """Return observed lines and the calibrated baseline; effects of ``without`` are not named from the waveform.
 
-    With ``as_given`` the machine's supports stay as its model has them.
+    With ``as_given`` nothing is added that the healthy recordings say that the model lacks.
     """
     channels = _channels(campaign, machine)
     measured, healthy, further = observed(campaign, machine, channels)

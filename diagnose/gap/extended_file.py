@@ -9,6 +9,7 @@ from pathlib import Path
 from ...datasets.sidecar import FOLDER_SIDECAR
 from ...simulators.effects.empirical_force import EmpiricalForce
 from ...simulators.effects.empirical_stiffness import EmpiricalStiffness
+from ...simulators.effects.residual_unbalance import ResidualUnbalance
 from ...simulators.errors import RotorwiseError
 from ...simulators.machine import machine_from_toml
 from ..papers_files import write_whole
@@ -17,6 +18,8 @@ from .words import not_compared_words, probability_words, sentence_of
 
 #: A file that starts so was made here, and may be replaced.
 FIRST_WORDS = "# Machine extended by rotorwise gap"
+#: Effects that were added on the healthy recordings.
+OF_HEALTHY = (EmpiricalStiffness.NAME, ResidualUnbalance.NAME)
 _WIDTH = 96
 
 
@@ -165,7 +168,7 @@ def _annotated(body: str, result: GapResult) -> Iterator[str]:
             # The last ones: the machine as given may have some of its own.
             own = numbers[effect] - sum(effect == e.NAME for e in result.extended.effects) + len(result.empirical)
             remark = _force_remark(result.empirical[own], name) if own >= 0 else ""
-        elif equals and current is not None and effect == EmpiricalStiffness.NAME:
+        elif equals and current is not None and effect in OF_HEALTHY:
             remark = "what the healthy recordings ask for" if name == "effect" else ""
         elif equals and current is not None:
             remark = _interval(result.causes, effect, at, name)

@@ -74,6 +74,7 @@ def _score(score: Score | None) -> dict[str, float | None]:
 def _form(form: ModelForm) -> dict[str, Any]:
     terms = [
         {
+            "effect": one.effect,
             "at": one.at,
             "strength": one.strength,
             "value": _estimate(one.value),

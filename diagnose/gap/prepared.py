@@ -51,7 +51,7 @@ class Prepared:
     pulse_rad : float
         Angle of the machine at the tacho's pulse: the lines' phases are counted from the machine's zero.
     form : Extended or None
-        What the healthy recordings say that the machine's supports lack; None where that was not looked for.
+        What the healthy recordings say that the model lacks; None where that was not looked for.
     """
 
     measured: OrderLines
@@ -109,7 +109,7 @@ def put_together(
     predictor, healthy_predictor : Predictor
         For their conditions.
     as_given : bool
-        Do not add what the healthy lines say that the machine's supports lack.
+        Do not add what the healthy lines say that the model lacks.
     """
     held_out = _held_out(measured)
     fitted = tuple(i for i in range(len(measured.conditions)) if i not in held_out)

@@ -98,22 +98,24 @@ class AddedForce:
 
 
 @dataclass(frozen=True)
-class SupportTerm:
-    """A spring or damper between a support and the ground that healthy recordings ask for and the model lacks.
+class LackingTerm:
+    """One strength of something that healthy recordings ask for and the model lacks.
 
     Attributes
     ----------
+    effect : str
+        "empirical_stiffness" or "residual_unbalance".
     at : str
         Place of the machine.
     strength : str
-        Parameter of the effect `empirical_stiffness`: "stiffness_n_m", "difference_n_m", "cross_n_m" or
-        "damping_n_s_m".
+        Parameter of the effect.
     speed_exponent, reference_speed_rpm : float
-        It grows with this power of the speed, up to the reference.
+        A spring grows with this power of the speed, up to the reference; 0 for an unbalance.
     value : Estimate
         At the reference speed.
     """
 
+    effect: str
     at: str
     strength: str
     speed_exponent: float
@@ -127,14 +129,14 @@ class ModelForm:
 
     Attributes
     ----------
-    terms : tuple of SupportTerm
+    terms : tuple of LackingTerm
         Empty where the healthy recordings ask for none.
     missed_before, missed : float
-        Share of the healthy lines that the calibrated machine misses, without and with them, at the probe where it
-        is largest.
+        Share of a probe's healthy lines that the calibrated machine misses, without and with them; median of the
+        probes.
     """
 
-    terms: tuple[SupportTerm, ...]
+    terms: tuple[LackingTerm, ...]
     missed_before: float
     missed: float
 
@@ -257,7 +259,7 @@ class GapResult:
     flawed : tuple of str
         Channels whose waveform shows a defect that no effect that competes makes.
     form : ModelForm, optional
-        What the healthy recordings say that the supports lack; None where that was not looked for.
+        What the healthy recordings say that the model lacks; None where that was not looked for.
     """
 
     kind: str

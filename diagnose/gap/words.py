@@ -24,6 +24,8 @@ _STRENGTHS = {
     "difference_n_m": "half of stiffness in x less y",
     "cross_n_m": "cross-coupled stiffness",
     "damping_n_s_m": "damping",
+    "moment_x_kg_m": "residual unbalance along x",
+    "moment_y_kg_m": "residual unbalance along y",
 }
 _NO_LINE = "No line by itself differs from the model"
 #: Sidebands of a mesh line are named after it up to this distance.
@@ -334,18 +336,18 @@ def readable_unit(unit: str, *, largest: float) -> tuple[float, str]:
 
 
 def form_words(form: ModelForm | None) -> str:
-    """Return what was added to the supports on the healthy recordings, in a sentence; empty where nothing was."""
+    """Return what was added to the machine on the healthy recordings, in a sentence; empty where nothing was."""
     if form is None or not form.terms:
         return ""
     words = []
     for one in form.terms:
         grows = f" growing as speed^{one.speed_exponent:g}" if one.speed_exponent else ""
         at = f" at {one.reference_speed_rpm:.0f} rpm" if grows else ""
-        words.append(f"{_STRENGTHS[one.strength]} at {one.at}{grows}, {estimate_words(one.value)}{at}")
+        value = estimate_words(one.value)
+        words.append(f"{_STRENGTHS[one.strength]} at {one.at or 'the first rotor'}{grows}, {value}{at}")
     return (
-        f"The healthy recordings show that the model's supports are wrong: calibrated, it misses "
-        f"{form.missed_before:.1%} of their lines, and {form.missed:.1%} with what was added before anything was "
-        f"diagnosed: {'; '.join(words)}."
+        f"The healthy recordings show what the model lacks: calibrated, it misses {form.missed_before:.1%} of their "
+        f"lines, and {form.missed:.1%} with what was added before anything was diagnosed: {'; '.join(words)}."
     )
 
 

@@ -7,7 +7,7 @@ import pytest
 from rotorwise.datasets.recording import Campaign
 from rotorwise.diagnose.gap.calibration import calibrated
 from rotorwise.diagnose.gap.explain import explain_gap
-from rotorwise.diagnose.gap.extended_file import extended_text
+from rotorwise.diagnose.gap.extended_file import OF_HEALTHY, extended_text
 from rotorwise.diagnose.gap.json_form import as_json
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
 from rotorwise.diagnose.gap.model_form import SIGMAS_OF_90, Extended, extended, form_of
@@ -16,6 +16,7 @@ from rotorwise.diagnose.gap.trials.ranges import find_range
 from rotorwise.diagnose.gap.trials.wrong_form import with_wrong_form
 from rotorwise.simulators import amb_rotor
 from rotorwise.simulators.effects.empirical_stiffness import EmpiricalStiffness
+from rotorwise.simulators.effects.residual_unbalance import ResidualUnbalance
 from rotorwise.simulators.effects.unbalance import Unbalance
 from rotorwise.simulators.machine import Machine, machine_from_toml
 
@@ -67,6 +68,18 @@ def test_hidden_springs_are_found_with_their_size() -> None:
     assert form.missed < 0.02 < 0.1 < form.missed_before
 
 
+def test_residual_unbalance_in_another_plane_is_found() -> None:
+    real = altered(amb_rotor, share=0.03, seed=4)
+    real = real.with_effects(ResidualUnbalance(at="coupling_hub", moment_x_kg_m=-2e-5, moment_y_kg_m=3e-5))
+    found = _extended(*_lines(real, seed=5))
+    form = form_of(found)
+    assert form.missed < 0.02 < 0.1 < form.missed_before
+    own = {one.strength: one.value for one in form.terms if one.at == "coupling_hub"}
+    for name, value in (("moment_x_kg_m", -2e-5), ("moment_y_kg_m", 3e-5)):
+        assert abs(own[name].value - value) < 3.5 / SIGMAS_OF_90 * (own[name].high - own[name].low) / 2
+        assert abs(own[name].value - value) < 3e-6
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_a_model_that_is_right_gets_nothing(seed: int) -> None:
     found = _extended(*_lines(altered(amb_rotor, share=0.05, seed=seed), seed=seed + 50))
@@ -108,9 +121,11 @@ def test_a_cause_is_found_beside_supports_that_follow_another_law(campaign: Camp
     assert moment.low < 1e-4 < moment.high
     assert answer.gain.held_out_db > as_given.gain.held_out_db + 3
     # The machine that is written has them, simulates, and the answer says so.
-    assert "supports are wrong" in answer.remarks[0]
+    assert "what the model lacks" in answer.remarks[0]
     terms = json.loads(json.dumps(as_json(answer)))["model_form"]["terms"]
     assert [one["at"] for one in terms] == [one.at for one in answer.form.terms]
     written = machine_from_toml(extended_text(answer))
-    assert [type(one).NAME for one in written.effects] == ["empirical_stiffness"] * len(terms) + ["unbalance"]
+    *added, last = (type(one).NAME for one in written.effects)
+    assert set(added) <= set(OF_HEALTHY)
+    assert last == "unbalance"
     assert np.isfinite(written.simulate(speed_rpm=2000.0, duration_s=0.5, rate_hz=2000.0).signals).all()

@@ -1,0 +1,143 @@
+"""What a model may lack of a healthy machine: springs and dampers at supports, residual unbalance of rotors.
+
+Springs stand between a support and the ground: alike or unlike in x and y, or cross-coupled, constant or growing with
+the speed or its square. An unbalance has two strengths, its components.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...simulators.assembly import Place
+from ...simulators.effect import Effect
+from ...simulators.effects.empirical_stiffness import EmpiricalStiffness
+from ...simulators.effects.residual_unbalance import ResidualUnbalance
+from ...simulators.machine import Machine
+from ...simulators.parameter import Normal
+from .baseline import Baseline
+from .coordinates import Coordinate
+from .predict import Predictor
+
+#: Powers of the speed that are tried for each strength of a support.
+EXPONENTS: dict[str, tuple[float, ...]] = {
+    **dict.fromkeys(("stiffness_n_m", "difference_n_m", "cross_n_m"), (0.0, 1.0, 2.0)),
+    "damping_n_s_m": (0.0,),
+}
+COMPONENTS = ("moment_x_kg_m", "moment_y_kg_m")
+#: Roles of the places where a support may be wrong.
+SUPPORTS = frozenset({"bearing", "housing"})
+#: One standard deviation of a strength moves the lines of some probe by this share.
+MOVES = 0.3
+#: Step for the slopes: as large a share of the lines of the probe that moves most.
+STEP = 1e-3
+FIRST_TRY = {**dict.fromkeys(EXPONENTS, 100.0), "damping_n_s_m": 1.0, **dict.fromkeys(COMPONENTS, 1e-6)}
+
+
+@dataclass(frozen=True, eq=False)
+class Term:
+    """Something that may be added.
+
+    Attributes
+    ----------
+    effect : Effect
+        With all its strengths at zero.
+    strengths : tuple of str
+        Those that are fitted.
+    deviation : float
+        Standard deviation of each before any measurement.
+    slopes : ndarray (strengths, conditions, probes, orders), complex
+        What one standard deviation of each moves.
+    """
+
+    effect: Effect
+    strengths: tuple[str, ...]
+    deviation: float
+    slopes: np.ndarray
+
+    def coordinates(self, number: int) -> tuple[Coordinate, ...]:
+        """Return its coordinates as the machine's effect of this number."""
+        declared = {one.name: one for one in self.effect.parameters()}
+        prior = Normal(0.0, self.deviation)
+        return tuple(Coordinate(replace(declared[name], prior=prior), number) for name in self.strengths)
+
+
+def lacking_terms(current: Baseline, predictor: Predictor, *, reference_rpm: float) -> list[Term]:
+    """Return what can be added to a machine, but for what has been.
+
+    Parameters
+    ----------
+    current : Baseline
+        Calibrated, in the predictor's conditions.
+    predictor : Predictor
+    reference_rpm : float
+        From this speed on nothing grows: the highest of all recordings.
+    """
+    tried = [
+        (effect, strengths)
+        for effect, strengths in _options(current.machine, reference_rpm)
+        if not any(_is_same(effect, strengths, other) for other in current.machine.effects)
+    ]
+    first = _changes(current, tried, [FIRST_TRY[strengths[0]] for _, strengths in tried], predictor)
+    moving = [(one, size) for one, size in zip(tried, _sizes(first, current.lines), strict=True) if size > 0]
+    steps = [FIRST_TRY[strengths[0]] * STEP / size for (_, strengths), size in moving]
+    second = _changes(current, [one for one, _ in moving], steps, predictor)
+    found = []
+    for ((effect, strengths), _), step, change in zip(moving, steps, second, strict=True):
+        deviation = step * MOVES / _sizes([change], current.lines)[0]
+        found.append(Term(effect, strengths, deviation, change / step * deviation))
+    return found
+
+
+def _options(machine: Machine, reference_rpm: float) -> list[tuple[Effect, tuple[str, ...]]]:
+    every = [p for p in machine.bare_assembly().places.values() if {"x", "y"} <= set(p.directions)]
+    found: list[tuple[Effect, tuple[str, ...]]] = []
+    for place in every:
+        if SUPPORTS & place.roles:
+            found += _springs(place, reference_rpm)
+        if "rotor" in place.roles:
+            found.append((ResidualUnbalance(at=place.name, **dict.fromkeys(COMPONENTS, 0.0)), COMPONENTS))
+    return found
+
+
+def _springs(place: Place, reference_rpm: float) -> list[tuple[Effect, tuple[str, ...]]]:
+    nothing = dict.fromkeys(EXPONENTS, 0.0)
+    return [
+        (
+            EmpiricalStiffness(at=place.name, speed_exponent=power, reference_speed_rpm=reference_rpm, **nothing),
+            (strength,),
+        )
+        for strength, powers in EXPONENTS.items()
+        for power in powers
+    ]
+
+
+def _is_same(one: Effect, strengths: tuple[str, ...], other: Effect) -> bool:
+    own, others = one.values(), other.values()
+    law = [name for name in own if name not in (*EXPONENTS, *COMPONENTS)]
+    alike = (one.NAME, one.at) == (other.NAME, other.at) and all(own[name] == others[name] for name in law)
+    return alike and any(others[name] != 0.0 for name in strengths)
+
+
+def _changes(
+    current: Baseline, tried: Sequence[tuple[Effect, tuple[str, ...]]], steps: Sequence[float], predictor: Predictor
+) -> list[np.ndarray]:
+    """Return by how much the lines change with each strength at its step, each (strengths, ...)."""
+    machines = [
+        [current.machine.with_effects(effect.with_values(**{name: step})) for name in strengths]
+        for (effect, strengths), step in zip(tried, steps, strict=True)
+    ]
+    predictor.prepare([one for own in machines for one in own])
+    return [np.stack([predictor.amplitudes(one) - current.lines for one in own]) for own in machines]
+
+
+def _sizes(changes: Sequence[np.ndarray], lines: np.ndarray) -> list[float]:
+    """Return each change as a share of the lines of the probe where that is largest, of its strongest strength."""
+    whole = np.sqrt((np.abs(lines) ** 2).sum(axis=(0, 2)))
+    there = whole > 0
+    return [
+        float((np.sqrt((np.abs(one) ** 2).sum(axis=(1, 3)))[:, there] / whole[there]).max(initial=0.0))
+        for one in changes
+    ]
