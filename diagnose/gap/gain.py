@@ -13,6 +13,7 @@ from ...simulators.machine import Machine
 from .baseline import similarity
 from .empirical import AddedForce, as_effect, empirical_forces
 from .evidence import Problem
+from .judged import judged
 from .predict import UnpredictableError
 from .refine import Fit
 from .result import Gain
@@ -60,7 +61,9 @@ def measured_gain(
     given = residual_power(problem, problem.predictor.amplitudes(machine))
     added = tuple(as_effect(one) for one in forces)
     best = posterior.named if added or posterior.named.candidates else winner(posterior)
-    others = [fit for fit in posterior.fits if not set(fit.names) & set(best.names)] if best.candidates or added else []
+    # What cannot be told apart from the name is no placebo.
+    alike = {name for names in judged(posterior.probabilities)[2] for name in names} | set(best.names)
+    others = [fit for fit in posterior.fits if not set(fit.names) & alike] if best.candidates or added else []
     # An empirical force has amplitude, phase and exponent.
     parameters = 3 * len(added) if added else best.position.size
     return Gain(

@@ -14,6 +14,7 @@ from ...simulators.machine import Machine
 from .coordinates import values_at
 from .empirical import AddedForce, as_effect
 from .evidence import Comparison, Widened
+from .form_words import form_words
 from .gain import explained
 from .judged import judged
 from .model_form import form_of
@@ -26,7 +27,6 @@ from .shown_lines import sigmas
 from .tuned import SAME, in_band
 from .wanted_lines import is_locked
 from .waveform import SUSPECTED, accounts_for_lines
-from .words import form_words
 
 if TYPE_CHECKING:
     from .prepared import Prepared
@@ -122,7 +122,8 @@ def _closest(posterior: Posterior) -> tuple[str, ...]:
     if share < 0.5:
         return ()
     named = " and ".join(str(candidate).replace("_", " ") for candidate in best.candidates)
-    return (f"Of the known effects {named} comes closest: it explains {share:.0%} of what differs, not the rest.",)
+    explains = "nearly all" if share > 0.99 else f"{share:.0%}"
+    return (f"Of the known effects {named} comes closest: it explains {explains} of what differs, not the rest.",)
 
 
 def _pulse(angle_rad: float) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from .result import AddedForce, Cause, Estimate, Gain, GapResult, ModelForm, ResidualLine
+from .result import AddedForce, Cause, Estimate, Gain, GapResult, ResidualLine
 from .waveform import ONLY_IN_WAVEFORM
 
 if TYPE_CHECKING:
@@ -19,14 +19,6 @@ NOTABLE_SIGMA = 4.0
 ALIKE = 1.2
 #: Orders and conditions that a sentence names.
 MOST_NAMED = 4
-_STRENGTHS = {
-    "stiffness_n_m": "stiffness",
-    "difference_n_m": "half of stiffness in x less y",
-    "cross_n_m": "cross-coupled stiffness",
-    "damping_n_s_m": "damping",
-    "moment_x_kg_m": "residual unbalance along x",
-    "moment_y_kg_m": "residual unbalance along y",
-}
 _NO_LINE = "No line by itself differs from the model"
 #: Sidebands of a mesh line are named after it up to this distance.
 _MOST_SIDEBANDS = 3
@@ -84,8 +76,10 @@ def gap_words(residuals: Sequence[ResidualLine], measured: OrderLines, machine: 
 
 
 def _how_wrong(lines: Sequence[ResidualLine]) -> str:
-    measured = math.sqrt(sum(abs(line.measured) ** 2 for line in lines))
-    simulated = math.sqrt(sum(abs(line.simulated) ** 2 for line in lines))
+    # Each line counts alike: near a resonance one would decide for all.
+    sizes = [(abs(line.measured), abs(line.simulated)) for line in lines]
+    measured = math.sqrt(sum((own / max(own, other, 1e-300)) ** 2 for own, other in sizes))
+    simulated = math.sqrt(sum((other / max(own, other, 1e-300)) ** 2 for own, other in sizes))
     if measured > ALIKE * simulated:
         return "lacks"
     return "has too much" if simulated > ALIKE * measured else "gets the phase wrong of"
@@ -333,22 +327,6 @@ def readable_unit(unit: str, *, largest: float) -> tuple[float, str]:
         if largest < limit:
             return factor, name
     return 1.0, unit
-
-
-def form_words(form: ModelForm | None) -> str:
-    """Return what was added to the machine on the healthy recordings, in a sentence; empty where nothing was."""
-    if form is None or not form.terms:
-        return ""
-    words = []
-    for one in form.terms:
-        grows = f" growing as speed^{one.speed_exponent:g}" if one.speed_exponent else ""
-        at = f" at {one.reference_speed_rpm:.0f} rpm" if grows else ""
-        value = estimate_words(one.value)
-        words.append(f"{_STRENGTHS[one.strength]} at {one.at or 'the first rotor'}{grows}, {value}{at}")
-    return (
-        f"The healthy recordings show what the model lacks: calibrated, it misses {form.missed_before:.1%} of their "
-        f"lines, and {form.missed:.1%} with what was added before anything was diagnosed: {'; '.join(words)}."
-    )
 
 
 def probability_words(probability: float) -> str:

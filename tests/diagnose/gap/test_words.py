@@ -12,12 +12,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rich.console import Console
+from rotorwise.diagnose.gap import words
 from rotorwise.diagnose.gap.coordinates import Coordinate, coordinates_of
+from rotorwise.diagnose.gap.form_words import form_words
 from rotorwise.diagnose.gap.hypotheses import Candidate
 from rotorwise.diagnose.gap.json_form import as_json
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
 from rotorwise.diagnose.gap.refine import Fit
-from rotorwise.diagnose.gap.result import KINDS, Estimate, Gain, ResidualLine
+from rotorwise.diagnose.gap.result import KINDS, Estimate, Gain, LackingTerm, ModelForm, ResidualLine
 from rotorwise.diagnose.gap.terminal import show
 from rotorwise.diagnose.gap.words import (
     NOTABLE_SIGMA,
@@ -300,3 +302,23 @@ def test_numbers_of_any_kind_make_words_and_json(
     json.dumps(as_json(result), allow_nan=False)
     assert verdict_words(result)
     show(result, Console(file=io.StringIO(), width=80))
+
+
+def test_each_line_counts_alike_in_what_is_wrong_with_it() -> None:
+    # Four lines that are lacking at low speeds, one that is right, and large, at a resonance.
+    lines = [ResidualLine("path_1", 1.0, i, 0, 20e-6, 1.5e-6, 200.0) for i in range(4)]
+    lines.append(ResidualLine("path_1", 1.0, 4, 0, 200e-6, 220e-6j, 50.0))
+    assert words._how_wrong(lines) == "lacks"
+    assert words._how_wrong(lines[4:]) == "gets the phase wrong of"
+
+
+def test_a_model_that_is_not_this_machine_is_said_to_be() -> None:
+    assert form_words(None) == ""
+    assert form_words(ModelForm((), 0.1, 0.1)) == ""
+    assert "misses 90% of the healthy lines" in form_words(ModelForm((), 0.9, 0.9))
+    value = Estimate(-2e4, -3e4, -1e4, "N/m")
+    term = LackingTerm("empirical_stiffness", "bearing_1", "cross_n_m", 2.0, 4000.0, value)
+    text = form_words(ModelForm((term,), 0.3, 0.02))
+    assert "misses 30.0% of their lines, and 2.0% with" in text
+    assert "cross-coupled stiffness at bearing_1 growing as speed^2, -2e+04 N/m (-3e+04 to -1e+04) at 4000 rpm" in text
+    assert "hardly is this machine" not in text

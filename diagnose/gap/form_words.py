@@ -1,0 +1,43 @@
+"""In words: what healthy recordings say that the model lacks, and whether it is this machine at all."""
+
+from __future__ import annotations
+
+from .result import ModelForm
+from .words import estimate_words
+
+#: A model that misses a larger share of its healthy lines is said to be poor.
+POOR = 0.5
+_STRENGTHS = {
+    "stiffness_n_m": "stiffness",
+    "difference_n_m": "half of stiffness in x less y",
+    "cross_n_m": "cross-coupled stiffness",
+    "damping_n_s_m": "damping",
+    "moment_x_kg_m": "residual unbalance along x",
+    "moment_y_kg_m": "residual unbalance along y",
+}
+
+
+def form_words(form: ModelForm | None) -> str:
+    """Return what was added to the machine on the healthy recordings, and whether it still misses most of them.
+
+    Empty where nothing was added and the model is good enough.
+    """
+    if form is None:
+        return ""
+    poor = (
+        f"Calibrated, the model still misses {form.missed:.0%} of the healthy lines: it hardly is this machine, and "
+        "only what changes clearly since then is told."
+    )
+    if not form.terms:
+        return poor if form.missed > POOR else ""
+    words = []
+    for one in form.terms:
+        grows = f" growing as speed^{one.speed_exponent:g}" if one.speed_exponent else ""
+        at = f" at {one.reference_speed_rpm:.0f} rpm" if grows else ""
+        value = estimate_words(one.value)
+        words.append(f"{_STRENGTHS[one.strength]} at {one.at or 'the first rotor'}{grows}, {value}{at}")
+    return (
+        f"The healthy recordings show what the model lacks: calibrated, it misses {form.missed_before:.1%} of their "
+        f"lines, and {form.missed:.1%} with what was added before anything was diagnosed: {'; '.join(words)}."
+        + (f" {poor}" if form.missed > POOR else "")
+    )
