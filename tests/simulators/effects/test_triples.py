@@ -11,6 +11,10 @@ import pytest
 from rotorwise.simulators.assembly import MissingPartError
 from rotorwise.simulators.effect import effect_catalogue
 from rotorwise.simulators.effects import Gravity, Looseness, Rub, ShaftBow, Unbalance
+from rotorwise.simulators.effects.clearance_growth import ClearanceGrowth
+from rotorwise.simulators.effects.empirical_force import EmpiricalForce
+from rotorwise.simulators.effects.tooth_crack import ToothCrack
+from rotorwise.simulators.effects.wear import Wear
 from rotorwise.simulators.machine import machine_catalogue
 from rotorwise.simulators.solvers.simulate import contact_step_s
 from rotorwise.simulators.solvers.stepper import LaneGroup, Stepper
@@ -31,7 +35,9 @@ def fits(machine, effect):
     return True
 
 
-FITTING = {m: [n for n, e in EFFECTS.items() if fits(m, e)] for m in MACHINES}
+#: Parts of a healthy machine, not faults: they have a test of their own, and leave the draws as they were without them.
+OF_HEALTHY = ("empirical_stiffness", "residual_unbalance")
+FITTING = {m: [n for n, e in EFFECTS.items() if fits(m, e) and n not in OF_HEALTHY] for m in MACHINES}
 
 
 def draw(machine, seed):
@@ -86,7 +92,33 @@ def test_draws_reach_most_of_the_catalogue():
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("machine", MACHINES)
 def test_three_effects_together(machine, seed):
-    speed, effects = draw(machine, seed)
+    check(machine, *draw(machine, seed))
+
+
+@pytest.mark.parametrize("machine", MACHINES)
+def test_with_what_healthy_machines_have(machine):
+    check(machine, 1500.0, [*(EFFECTS[name]() for name in OF_HEALTHY), Unbalance()])
+
+
+#: Drawn once, when the catalogue had grown by two: both need a finer step than the machine's own.
+PARTING = [
+    (1128.9239, [EmpiricalForce(force_n=15.1009, axial_n=-1.94405, torque_n_m=-1.90856, direction_rad=1.3582,
+                                phase_rad=0.63255),
+                 ShaftBow(bow_m=2.593335e-4, angle_rad=-2.65274, position=0.312319),
+                 ClearanceGrowth(growth_m=3.57104e-5)]),
+    (1809.01345, [ToothCrack(depth=0.384033, crack_angle_rad=1.158417, angle_rad=2.829),
+                  ClearanceGrowth(growth_m=4.104594e-5), Wear(wear_m=1.954479e-5)]),
+]  # fmt: skip
+
+
+@pytest.mark.xfail(strict=True, reason="balls and teeth that part and meet again: 1.3 and 5.8 % at the machine's step")
+@pytest.mark.parametrize(("speed", "effects"), PARTING)
+def test_worn_gears_in_worn_bearings(speed, effects):
+    check("gearbox", speed, effects)
+
+
+def check(machine, speed, effects):
+    """Assert that effects commute and that a finer step changes little, and less the finer it is."""
     first, least = run(machine, speed, effects), healthy(machine, speed)
     assert np.all(np.isfinite(first.signals))
     for order in (effects[::-1], effects[1:] + effects[:1]):
