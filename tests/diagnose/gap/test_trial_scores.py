@@ -58,7 +58,9 @@ JSON_NAMES = {
 }
 
 
-def made_case(machine: str, *, number: int, seed: int, snr_db: float, family: str) -> TrialCase:
+def made_case(
+    machine: str, *, number: int, seed: int, snr_db: float, family: str, wrong_form: float = 0.0
+) -> TrialCase:
     kind, names, sizes = TEN[number % len(TEN)]
     hidden = tuple(Hidden(make_effect(name, {}), size) for name, size in zip(names, sizes, strict=True))
     left_out = frozenset(names) if kind == "unknown" else frozenset()
@@ -177,6 +179,23 @@ def test_an_engine_that_fails_ends_no_run() -> None:
     assert (found.n, found.errors, found.top1, found.named_wrong, found.null_false_alarm) == (10, 10, 0.0, 0.0, 0.0)
     outcome = run_trials(TRIALS, 1, fails)[0]
     assert outcome.error == "ZeroDivisionError: a bug in the engine"
+
+
+def test_a_wrong_form_reaches_the_cases_and_as_given_the_engine(monkeypatch: pytest.MonkeyPatch) -> None:
+    shares, orders = [], []
+
+    def noted(machine: str, *, wrong_form: float = 0.0, **draw: Any) -> TrialCase:
+        shares.append(wrong_form)
+        return made_case(machine, **draw)
+
+    def told(campaign: Campaign, machine: Any, *, as_given: bool = False, **how: Any) -> GapResult:
+        orders.append(as_given)
+        return says_none(campaign, machine, **how)
+
+    monkeypatch.setattr(run, "make_case", noted)
+    for trials in (TRIALS, replace(TRIALS, wrong_form=0.15), replace(TRIALS, wrong_form=0.15, as_given=True)):
+        assert not run_trials(trials, 1, told)[0].error
+    assert (shares, orders) == ([0.0, 0.15, 0.15], [False, False, True])
 
 
 # ---- theory: single rules ----
