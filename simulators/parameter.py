@@ -93,6 +93,8 @@ class Parameter:
         What is known before a measurement. None for a value that is given, not estimated.
     zero : float, optional
         For a strength: the value at which the effect is absent.
+    only_with : str
+        Name of the strength without which this parameter does nothing; empty where there is none.
     """
 
     name: str
@@ -103,6 +105,7 @@ class Parameter:
     source: str
     prior: Prior | None = None
     zero: float | None = None
+    only_with: str = ""
 
     def __post_init__(self) -> None:
         for label, value in (("default", self.default), ("zero", self.zero)):
@@ -133,6 +136,7 @@ def parameter(
     default: float | None = None,
     prior: Prior | None = None,
     zero: float | None = None,
+    only_with: str = "",
 ) -> Any:
     """Return a dataclass field that carries its `Parameter`; the default is the prior's median unless given."""
     if default is None:
@@ -140,7 +144,7 @@ def parameter(
             raise InvalidValueError("A parameter has neither a default nor a prior; give one of the two.")
         default = prior.median
     # The field's name is not known yet; `parameters_of` puts it in.
-    declared = Parameter("", unit, default, bounds, meaning, source, prior, zero)
+    declared = Parameter("", unit, default, bounds, meaning, source, prior, zero, only_with)
     return dataclasses.field(default=default, metadata={"parameter": declared})
 
 

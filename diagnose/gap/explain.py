@@ -21,9 +21,11 @@ from .gain import measured_gain, useful_forces
 from .held_out import checked
 from .hypotheses import Candidate, candidates
 from .lines import OrderLines
+from .met_lines import with_met_lines
 from .observe import observe_orders, with_floor, with_reference
 from .predict import Predictor
 from .prepared import REPEATABILITY, Prepared, put_together
+from .probe_ranges import probe_ranges
 from .result import GapResult
 from .screen import Atom, atoms_of
 from .screening import Screening, telling_conditions
@@ -149,14 +151,22 @@ def prepare(
     beyond = [own for effect, own in seen.items() if effect in without - SUSPECTED]
     # A wandering speed is seen in no channel of its own.
     flawed = tuple(dict.fromkeys(name for own in beyond for name in own or ("the tacho",)))
-    measured = with_doubt(with_floor(measured, REPEATABILITY), seen, variations(campaign.recordings))
-    healthy = with_floor(healthy, REPEATABILITY) if healthy else None
-    predictor = _predictor(measured, campaign.recordings)
-    own = _predictor(healthy, campaign.baseline) if healthy else None
+    measured = _sure(measured, campaign.recordings)
+    measured = with_doubt(measured, seen, variations(campaign.recordings))
+    healthy = _sure(healthy, campaign.baseline) if healthy else None
+    every = (measured, healthy) if healthy else (measured,)
+    ranges = probe_ranges((*campaign.recordings, *campaign.baseline), *every)
+    predictor = _predictor(measured, campaign.recordings, ranges)
+    own = _predictor(healthy, campaign.baseline, ranges) if healthy else None
     if healthy and own and predictor.noise is not None and own.noise is not None:
         predictor = replace(predictor, noise=not_of_the_fault(predictor.noise, measured, own.noise, healthy))
     found = put_together(machine, measured, predictor, healthy, own, as_given=as_given, tell=tell)
     return replace(found, waveform=waveform, flawed=flawed, found_lines=further)
+
+
+def _sure(lines: OrderLines, recordings: Sequence[Recording]) -> OrderLines:
+    """Return the lines no surer than they repeat, and than a line at a fixed frequency leaves them."""
+    return with_met_lines(with_floor(lines, REPEATABILITY), [one.samples / one.rate_hz for one in recordings])
 
 
 def observed(
@@ -213,10 +223,11 @@ def _most_explaining(
     return [one for one in competing if one in kept or one not in share]
 
 
-def _predictor(lines: OrderLines, recordings: Sequence[Recording]) -> Predictor:
+def _predictor(lines: OrderLines, recordings: Sequence[Recording], ranges: np.ndarray) -> Predictor:
     rates, lengths = tuple(one.rate_hz for one in recordings), tuple(one.samples for one in recordings)
     noise = noise_of_records(lines, recordings) if any(kind.envelope for kind in lines.kinds) else None
-    return Predictor(lines.conditions, lines.probes, lines.orders, rates, lengths, lines.kinds, lines.reference, noise)
+    seen = (lines.conditions, lines.probes, lines.orders)
+    return Predictor(*seen, rates, lengths, lines.kinds, lines.reference, noise, ranges)
 
 
 def _channels(campaign: Campaign, machine: Machine) -> dict[str, str]:

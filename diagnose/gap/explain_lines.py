@@ -14,6 +14,7 @@ from .lines import OrderLines
 from .observe import with_floor, with_reference
 from .predict import Predictor
 from .prepared import REPEATABILITY, put_together
+from .probe_ranges import in_proportion
 from .result import GapResult
 
 
@@ -58,18 +59,21 @@ def explain_lines(
         *(with_floor(one, REPEATABILITY) for one in (measured, healthy) if one is not None)
     )
     before = rest[0] if rest else None
+    # No range is known; it holds at least what all lines of a condition sum up to.
+    largest = np.max([np.abs(one.amplitudes).sum(axis=2).max(axis=0) for one in (measured, *rest)], axis=0)
+    ranges = in_proportion(largest, measured, *rest)
     prepared = put_together(
         machine,
         measured,
-        _predictor(measured, rate_hz, duration_s),
+        _predictor(measured, rate_hz, duration_s, ranges),
         before,
-        None if before is None else _predictor(before, rate_hz, duration_s),
+        None if before is None else _predictor(before, rate_hz, duration_s, ranges),
         tell=tell,
     )
     return explained(prepared, machine, without, only, tell)
 
 
-def _predictor(lines: OrderLines, rate_hz: float, duration_s: float) -> Predictor:
+def _predictor(lines: OrderLines, rate_hz: float, duration_s: float, ranges: np.ndarray) -> Predictor:
     count = len(lines.conditions)
     samples = round(rate_hz * duration_s)
     return Predictor(
@@ -80,6 +84,7 @@ def _predictor(lines: OrderLines, rate_hz: float, duration_s: float) -> Predicto
         (samples,) * count,
         lines.kinds,
         lines.reference,
+        full_scale=ranges,
     )
 
 

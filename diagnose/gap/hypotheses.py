@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...simulators.assembly import Probe
 from ...simulators.effect import Effect, SensorEffect, effect_catalogue
 from ...simulators.errors import RotorwiseError
 from ...simulators.machine import Machine
@@ -15,7 +16,8 @@ from .tuned import tuned
 
 #: Links of the measuring chain that all channels share: one recorder, one clock.
 SHARED_LINKS = ("recorder", "clock")
-
+#: Links that each probe may have for itself, and of these the ones that all may share as well: earth.
+SINGLE_LINKS, EARTHED_LINKS = ("mounting", "cable"), ("cable",)
 
 #: A strength that alone does less than this share of what another does alone is taken to modify that one only.
 MODIFIES = 0.05
@@ -132,7 +134,7 @@ def _alone(effect: Effect, coordinates: tuple[Coordinate, ...], kept: str, modif
         for c in coordinates
         if c.parameter.zero is not None and c.parameter.name not in modifiers | {kept}
     }
-    left = tuple(c for c in coordinates if c.parameter.name not in absent)
+    left = tuple(c for c in coordinates if not {c.parameter.name, c.parameter.only_with} & absent.keys())
     return Candidate(effect.with_values(**absent), left, modifiers)
 
 
@@ -140,7 +142,19 @@ def _parts(machine: Machine, effect: type[Effect], probes: Sequence[str] | None)
     assembly = machine.bare_assembly()
     if issubclass(effect, SensorEffect):
         compared = [probe for probe in assembly.probes if probes is None or probe.name in probes]
-        fitting = list(dict.fromkeys(probe.location for probe in compared if effect().fits(probe)))
-        return [""] if fitting and effect.LINK in SHARED_LINKS else fitting
+        return _parts_of_chain(effect, [probe for probe in compared if effect().fits(probe)])
     parts = [*assembly.places.values(), *assembly.components.values()]
     return list(dict.fromkeys(part.name for part in parts if effect.ROLE in part.roles)) or [""]
+
+
+def _parts_of_chain(effect: type[SensorEffect], fitting: Sequence[Probe]) -> list[str]:
+    """Return the names of probes and locations that one flaw of the measuring chain may have; "" for all probes."""
+    places = [probe.location for probe in fitting]
+    found = list(dict.fromkeys(places))
+    if effect.LINK in SHARED_LINKS:
+        return [""] if found else []
+    if effect.LINK in SINGLE_LINKS:
+        found += [probe.name for probe in fitting if places.count(probe.location) > 1]
+    if effect.LINK in EARTHED_LINKS and len(set(places)) > 1:
+        found.insert(0, "")
+    return found

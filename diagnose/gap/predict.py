@@ -70,6 +70,8 @@ class Predictor:
         For each order, the probe whose phase counts as 0 in conditions that are not tied.
     noise : ndarray (conditions, probes), optional
         Standard deviation of what the recordings hold of noise in the band of the envelope; none when not given.
+    full_scale : ndarray (probes,), optional
+        Measuring range of each probe, one for all conditions; that of each motion when not given.
     """
 
     conditions: tuple[Condition, ...]
@@ -80,6 +82,7 @@ class Predictor:
     kinds: tuple[LineKind, ...]
     reference: tuple[int, ...]
     noise: np.ndarray | None = None
+    full_scale: np.ndarray | None = None
     evaluations: int = 0
     _known: dict[str, np.ndarray] = field(default_factory=dict)
     _failed: dict[str, str] = field(default_factory=dict)
@@ -165,6 +168,7 @@ class Predictor:
             self.kinds,
             self.reference,
             None if self.noise is None else np.repeat(self.noise.mean(axis=0, keepdims=True), count, axis=0),
+            self.full_scale,
             _spoiling=self._spoiling,
         )
 
@@ -268,13 +272,19 @@ class Predictor:
             speed_rad_s=np.full(phase_rad.size, 2 * math.pi * self.conditions[index].speed_rpm / 60),
             channels=channels,
             shaft_ratios=(1.0,) * len(channels),
-            full_scale=np.abs(signals - middle[:, None]).max(axis=1),
+            full_scale=self._ranges(channels, np.abs(signals - middle[:, None]).max(axis=1)),
             middle=middle,
             leak=np.zeros(len(channels)),
         )
         record = run_chain(record, sensor_effects(machine), samples=phase_rad.size, seed=0)
         noise = None if self.noise is None else self.noise[index]
         return lines_of_record(record, probes=self.probes, orders=self.orders, kinds=self.kinds, missing_noise=noise)
+
+    def _ranges(self, channels: Sequence[Probe], otherwise: np.ndarray) -> np.ndarray:
+        """Return the measuring range of each channel, the same in all conditions where it is known."""
+        if self.full_scale is None:
+            return otherwise
+        return self.full_scale[[self.probes.index(channel.name) for channel in channels]]
 
     def _simulate(self, wanted: Sequence[tuple[str, Machine, Machine | None]], *, smooth: bool) -> None:
         """Simulate machines in every condition, as many side by side as can go, and keep their lines.

@@ -137,7 +137,9 @@ def _atoms(
     angles = [i for i, c in enumerate(coordinates) if c.is_angle]
     turning = next((i for i in angles if _only_turns(response, centre, first, i, orders)), -1)
     proportional = bool(moving) and _is_proportional(candidate, response, centre, first, moving)
-    others = [i for i in range(len(coordinates)) if i not in candidate.strengths and i != turning]
+    acting = {coordinates[i].parameter.name for i in moving} | {""}
+    others = [i for i, c in enumerate(coordinates) if i not in candidate.strengths and c.parameter.only_with in acting]
+    others = [i for i in others if i != turning]
     if not in_time:
         others = [i for i in others if coordinates[i].is_angle or _matters(coordinates[i], response, centre, i)]
     bent = moving if not proportional else ()

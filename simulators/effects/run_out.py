@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,19 +16,40 @@ if TYPE_CHECKING:
     from ..machine import Machine
     from ..sensor_record import SensorRecord
 
-HARMONICS = 8
-#: Angle between successive leaves of many plants: multiples of it never line up.
-GOLDEN_RAD = math.pi * (3 - math.sqrt(5))
+#: Harmonics of the surface's pattern.
+HARMONICS = 6
+
+
+def _height(harmonic: int, median_m: float, factor: float) -> Any:
+    return parameter(
+        unit="m",
+        bounds=(0.0, 5e-4),
+        zero=0.0,
+        prior=LogNormal(median_m, factor),
+        meaning=f"amplitude of harmonic {harmonic} of the pattern",
+        source="API 670 asks for at most 6 um of combined electrical and mechanical run-out; field values up to 50 um; "
+        "how the harmonics share it is a guess",
+    )
+
+
+def _place(harmonic: int) -> Any:
+    return parameter(
+        unit="rad",
+        bounds=(-2 * math.pi, 2 * math.pi),
+        prior=Uniform(-math.pi, math.pi),
+        meaning=f"angle from x to a high spot of harmonic {harmonic} at shaft angle 0",
+        source="any angle is equally likely",
+        only_with=f"harmonic_{harmonic}_m",
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunOut(SensorEffect):
-    """r sum_n d^(n - 1) cos(n (phi - theta) + psi_n) on a probe that looks from the angle theta (x: 0, y: 90 degrees).
+    """sum_n r_n cos n (phi + a_n - theta) on a probe that looks from the angle theta (x: 0, y: 90 degrees).
 
-    The pattern belongs to the surface (scratches, magnetic spots, out-of-round): both probes read it, the second a
-    quarter turn later, and it is the same at any speed and load, which is how slow roll finds it. The
-    harmonics' angles are psi_n = psi + 2.4 (n^2 - 1) rad, the golden angle, so that the pattern is no single spike.
-    Left out: the pattern's shift when the shaft moves along its axis.
+    The pattern belongs to the surface (scratches, magnetic spots, out-of-round) and may have any shape: both probes
+    read it, the second a quarter turn later, and it is the same at any speed and load, which is how slow roll finds it.
+    Left out: harmonics above the sixth, and the pattern's shift when the shaft moves along its axis.
     """
 
     NAME = "run_out"
@@ -46,28 +67,23 @@ class RunOut(SensorEffect):
         "Press 2002",
     )
 
-    run_out_m: float = parameter(
-        unit="m",
-        bounds=(0.0, 5e-4),
-        zero=0.0,
-        prior=LogNormal(6e-6, 2.0),
-        meaning="amplitude r of the pattern's first harmonic",
-        source="API 670 asks for at most 6 um of combined electrical and mechanical run-out; field values up to 50 um",
-    )
-    decay: float = parameter(
-        unit="",
-        bounds=(0.0, 1.0),
-        prior=Uniform(0.2, 0.8),
-        meaning="each harmonic over the one before; 8 are there",
-        source="estimate: out-of-round 0.2, scratches 0.8",
-    )
-    angle_rad: float = parameter(
-        unit="rad",
-        bounds=(-2 * math.pi, 2 * math.pi),
-        prior=Uniform(-math.pi, math.pi),
-        meaning="angle psi of the first harmonic at shaft angle 0",
-        source="any angle is equally likely",
-    )
+    harmonic_1_m: float = _height(1, 6e-6, 2.0)
+    harmonic_2_m: float = _height(2, 3e-6, 3.0)
+    harmonic_3_m: float = _height(3, 2e-6, 3.0)
+    harmonic_4_m: float = _height(4, 1.5e-6, 3.0)
+    harmonic_5_m: float = _height(5, 1e-6, 3.0)
+    harmonic_6_m: float = _height(6, 1e-6, 3.0)
+    angle_1_rad: float = _place(1)
+    angle_2_rad: float = _place(2)
+    angle_3_rad: float = _place(3)
+    angle_4_rad: float = _place(4)
+    angle_5_rad: float = _place(5)
+    angle_6_rad: float = _place(6)
+
+    @property
+    def heights_m(self) -> tuple[float, ...]:
+        """Amplitude of each harmonic, the first first."""
+        return tuple(getattr(self, f"harmonic_{n}_m") for n in range(1, HARMONICS + 1))
 
     def fits(self, probe: Probe) -> bool:
         """Return whether it is a lateral displacement probe."""
@@ -75,20 +91,23 @@ class RunOut(SensorEffect):
 
     def apply(self, record: SensorRecord, generator: np.random.Generator) -> SensorRecord:
         """Add the surface's pattern to the chosen probes."""
-        if self.run_out_m == 0:
+        if not any(self.heights_m):
             return record
         signals = record.signals.copy()
         for i in self.chosen(record.channels):
             behind = math.pi / 2 if record.channels[i].direction == "y" else 0.0
             angle = record.shaft_ratios[i] * record.phase_rad - behind
-            for n in range(1, HARMONICS + 1):
-                start = self.angle_rad + GOLDEN_RAD * (n**2 - 1)
-                signals[i] += self.run_out_m * self.decay ** (n - 1) * np.cos(n * angle + start)
+            for n, height_m in enumerate(self.heights_m, start=1):
+                if height_m:
+                    signals[i] += height_m * np.cos(n * (angle + getattr(self, f"angle_{n}_rad")))
         return record.with_signals(signals)
 
     def signature(self, machine: Machine) -> tuple[Line, ...]:
-        """Return the first harmonics of the shaft that the first chosen probe looks at."""
+        """Return the harmonics of the shaft that the first chosen probe looks at, strongest first."""
         assembly = machine.bare_assembly()
         probe = assembly.probes[self.chosen(assembly.probes)[0]]
         ratio = assembly.places[probe.location].shaft_ratio if probe.location in assembly.places else 1.0
-        return tuple(Line(n * ratio, speed_exponent=0.0, load_exponent=0.0) for n in (1, 2, 3))
+        heights = {n: height_m for n, height_m in enumerate(self.heights_m, start=1) if height_m}
+        return tuple(
+            Line(n * ratio, speed_exponent=0.0, load_exponent=0.0) for n in sorted(heights, key=lambda n: -heights[n])
+        )

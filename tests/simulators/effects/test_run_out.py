@@ -17,7 +17,7 @@ def added(effect, speed_rpm, machine=MACHINE):
 
 
 def test_pattern_does_not_change_with_speed():
-    effect = RunOut(run_out_m=1e-5, decay=0.5)
+    effect = RunOut(harmonic_1_m=1e-5, angle_2_rad=2.4, angle_3_rad=-1.4, angle_4_rad=1.0, angle_6_rad=-2.0)
     angles = np.linspace(1.0, 7.0, 50)
     patterns = []
     for speed_rpm in (300, 1500):
@@ -26,12 +26,15 @@ def test_pattern_does_not_change_with_speed():
     assert patterns[0] == pytest.approx(patterns[1], abs=3e-7)
 
 
-def test_harmonics_have_their_heights(figure):
-    phase, signals, _ = added(RunOut(run_out_m=1e-5, decay=0.6), 1500)
-    for n in range(1, 9):
+def test_harmonics_have_their_heights_and_high_spots(figure):
+    heights = {n: 1e-5 / n for n in range(1, 7)}
+    places = {n: 0.4 * n - 1.0 for n in heights}
+    values = {f"harmonic_{n}_m": height for n, height in heights.items()}
+    phase, signals, _ = added(RunOut(**values, **{f"angle_{n}_rad": place for n, place in places.items()}), 1500)
+    for n, height in heights.items():
         line = 2 * np.mean(signals[0] * np.exp(-1j * n * phase))
-        assert abs(line) == pytest.approx(1e-5 * 0.6 ** (n - 1), rel=1e-6)
-        figure("1X to 8X against the harmonics of the surface", abs(line), 1e-5 * 0.6 ** (n - 1))
+        assert line == pytest.approx(height * np.exp(1j * n * places[n]), rel=1e-6)
+        figure("1X to 6X against the harmonics of the surface", abs(line), height)
 
 
 def test_second_probe_reads_the_pattern_a_quarter_turn_later():
@@ -49,6 +52,6 @@ def test_slow_shaft_has_its_own_order():
     ratio = gearbox.bare_assembly().places["wheel"].shaft_ratio
     assert effect.signature(gearbox)[0].order == pytest.approx(ratio)
     silent = record(np.zeros(4096), quantity="displacement", ratio=0.5)
-    line = 2 * np.mean(run(RunOut(run_out_m=1e-4), silent).signals[0] * np.exp(-0.5j * silent.phase_rad))
+    line = 2 * np.mean(run(RunOut(harmonic_1_m=1e-4), silent).signals[0] * np.exp(-0.5j * silent.phase_rad))
     # 12.5 turns of the shaft in the record: leakage of the neighbours at a distance of 12 bins.
     assert abs(line) == pytest.approx(1e-4, rel=0.1)

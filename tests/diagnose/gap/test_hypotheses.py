@@ -1,0 +1,40 @@
+"""Which causes compete, at which parts, with which unknowns."""
+
+import pytest
+from rotorwise.diagnose.gap.hypotheses import candidates
+from rotorwise.simulators.effect import effect_catalogue
+from rotorwise.simulators.machine import find_machine
+
+ROTOR = find_machine("amb_rotor")
+PLACES = dict.fromkeys(probe.location for probe in ROTOR.bare_assembly().probes if probe.direction in ("x", "y"))
+
+
+def competing(name: str, **how):
+    others = frozenset(effect_catalogue()) - {name}
+    return candidates(ROTOR, without=others, **how)
+
+
+@pytest.mark.parametrize(
+    ("name", "for_all", "for_one"),
+    [("mains_hum", True, True), ("remounted_sensor", False, True), ("run_out", False, False)],
+)
+def test_a_flaw_of_the_measuring_chain_is_tried_where_it_can_sit(name, for_all, for_one):
+    parts = {one.effect.at for one in competing(name)}
+    probes = {probe.name for probe in ROTOR.bare_assembly().probes if probe.location in PLACES}
+    assert parts >= set(PLACES)
+    assert ("" in parts) == for_all
+    assert (probes <= parts) == for_one
+
+
+def test_one_probe_at_a_place_is_that_place():
+    (probe,) = [probe.name for probe in ROTOR.bare_assembly().probes][:1]
+    parts = {one.effect.at for one in competing("mains_hum", probes=[probe])}
+    assert len(parts) == 1
+
+
+def test_a_harmonic_that_is_absent_has_no_angle():
+    place = next(iter(PLACES))
+    unknowns = [[c.parameter.name for c in one.coordinates] for one in competing("run_out") if one.effect.at == place]
+    single = [[f"harmonic_{n}_m", f"angle_{n}_rad"] for n in range(1, 7)]
+    assert sorted(unknowns, key=len)[:6] == single
+    assert len(max(unknowns, key=len)) == 12
