@@ -16,8 +16,9 @@ SHELL := /bin/bash
 demo: $(VENV)/stamp-run
 	$(BIN)/rotorwise demo --output demo --force
 
+# One BLAS thread a process: there are as many processes as cores, and the matrices are small.
 test: $(VENV)/stamp-test
-	$(BIN)/pytest -n auto --dist worksteal $(PYTEST_ARGS)
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n auto --dist worksteal $(PYTEST_ARGS)
 
 lint: $(VENV)/stamp-lint
 	$(BIN)/ruff check .

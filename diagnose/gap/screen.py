@@ -15,23 +15,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...simulators.machine import Machine
-from .coordinates import Coordinate, log_prior
+from .coordinates import log_prior
 from .evidence import Comparison, Widened, law_columns, log_density
 from .first_look import is_invisible, moved_to
 from .hypotheses import Candidate
 from .predict import Predictor, UnpredictableError
+from .response_shape import SHAPE_LEVELS, ResponseShape, scaled_strengths
 from .responses import Responses
 
 FINE_ANGLES = 360
 #: Levels of a strength that is not proportional, of a free angle that does not only turn, of any other parameter.
-STRENGTH_LEVELS, ANGLE_LEVELS, SHAPE_LEVELS = 5, 8, 3
+STRENGTH_LEVELS, ANGLE_LEVELS = 5, 8
 MOST_SHAPES = 24
-#: A parameter that changes the response by a smaller share over its whole prior is left at its middle.
-MATTERS = 0.2
 #: More responses than this are not computed for one candidate; fewer where each is a simulation in time.
 MOST_ATOMS, MOST_IN_TIME = 128, 4
-#: Relative error up to which a response counts as proportional to its strength, or as turned by its angle.
-CLOSE = 0.05
 #: Factor over which a response that is not proportional is followed from where it was computed.
 NEAR = 1.5
 #: Factor over which one that is proportional is followed.
@@ -121,7 +118,7 @@ def _atoms(
     *,
     most: int,
 ) -> list[Atom]:
-    coordinates, orders = candidate.coordinates, response.orders
+    coordinates = candidate.coordinates
     centre = np.zeros(len(coordinates))
     for i in candidate.strengths:
         if i not in moving:
@@ -134,14 +131,14 @@ def _atoms(
         most = min(most, MOST_IN_TIME)
     elif is_invisible(response, centre, first, moving, deviations):
         return []
-    angles = [i for i, c in enumerate(coordinates) if c.is_angle]
-    turning = next((i for i in angles if _only_turns(response, centre, first, i, orders)), -1)
-    proportional = bool(moving) and _is_proportional(candidate, response, centre, first, moving)
+    shape = ResponseShape(candidate, response, centre, first, deviations)
+    turning = next((i for i, c in enumerate(coordinates) if c.is_angle and shape.only_turns(i)), -1)
+    proportional = bool(moving) and shape.is_proportional(moving)
     acting = {coordinates[i].parameter.name for i in moving} | {""}
     others = [i for i, c in enumerate(coordinates) if i not in candidate.strengths and c.parameter.only_with in acting]
     others = [i for i in others if i != turning]
     if not in_time:
-        others = [i for i in others if coordinates[i].is_angle or _matters(coordinates[i], response, centre, i)]
+        others = [i for i in others if shape.matters(i)]
     bent = moving if not proportional else ()
     positions = _spread(candidate, centre, others, bent, most=most if bent else min(most, MOST_SHAPES))
     response.prepare(positions)
@@ -178,56 +175,6 @@ def _spread(
         moved_to(centre, moved, [coordinates[i].at_share(share) for i, share in zip(moved, point, strict=True)])
         for point in shares.tolist()
     ]
-
-
-def _matters(coordinate: Coordinate, response: Responses, centre: np.ndarray, number: int) -> bool:
-    """Return whether the response changes much from one end of a parameter's prior to the other.
-
-    Where it cannot be computed at an end, the parameter matters.
-    """
-    ends = [moved_to(centre, [number], [value]) for value in coordinate.quantiles(SHAPE_LEVELS)[:: SHAPE_LEVELS - 1]]
-    try:
-        low, high = (response(end) for end in ends)
-    except UnpredictableError:
-        return True
-    return _differs_by(low, high) > MATTERS
-
-
-def _only_turns(response: Responses, centre: np.ndarray, first: np.ndarray, number: int, orders: np.ndarray) -> bool:
-    found = response(moved_to(centre, [number], [centre[number] + 1.0]))
-    return _differs_by(found, first * np.exp(1j * orders)) < CLOSE
-
-
-def _is_proportional(
-    candidate: Candidate, response: Responses, centre: np.ndarray, first: np.ndarray, moving: tuple[int, ...]
-) -> bool:
-    for factor in (2.0, 0.5):
-        scaled = scaled_strengths(candidate, centre, moving, factor)
-        if scaled is not None:
-            return _differs_by(response(scaled), factor * first) < CLOSE
-    return False
-
-
-def scaled_strengths(
-    candidate: Candidate, position: np.ndarray, moving: Sequence[int], factor: float
-) -> np.ndarray | None:
-    """Return the position where the strengths are ``factor`` times as large; None where a bound forbids it."""
-    values = []
-    for i in moving:
-        one = candidate.coordinates[i]
-        zero = one.parameter.zero or 0.0
-        wanted = zero + factor * (one.value(position[i]) - zero)
-        values.append(one.coordinate(wanted))
-        if abs(one.value(values[-1]) - wanted) > 1e-3 * abs(wanted - zero):
-            return None
-    return moved_to(position, moving, values)
-
-
-def _differs_by(found: np.ndarray, wanted: np.ndarray) -> float:
-    """Return the largest relative difference over the probes."""
-    size = np.sqrt((np.abs(wanted) ** 2).sum(axis=(0, 2)))
-    away = np.sqrt((np.abs(found - wanted) ** 2).sum(axis=(0, 2)))
-    return float((away / np.maximum(size, 1e-6 * size.max() + 1e-300)).max())
 
 
 def starts(candidate: Candidate, atoms: Sequence[Atom], compared: Comparison) -> list[Start]:

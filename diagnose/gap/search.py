@@ -16,8 +16,9 @@ from .judged import judged
 from .null_distribution import chance_of_residual
 from .prediction import Predicted
 from .refine import FIRST_STEPS, Climbed, Fit, climbed, density, jointly, nothing, refined
+from .response_shape import scaled_strengths
 from .responses import Responses
-from .screen import Start, scaled_strengths
+from .screen import Start
 from .screening import Screening, few_of_each
 from .two_effects import CLOSE, MOVES, explains_little, two_effects
 from .unknown_force import Unknown, unexplained
