@@ -1,4 +1,4 @@
-"""What saves evaluations of the first look: proportional strengths, angles that only turn, values that hardly matter."""
+"""What saves evaluations of the first look: proportional strengths, angles that only turn, small influences."""
 
 import numpy as np
 import pytest
