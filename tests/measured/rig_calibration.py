@@ -219,7 +219,8 @@ def calibrate(arrangement: Arrangement | None = None) -> Calibration:
 
     # A uniform prior ends sqrt(3) standard deviations from its mean.
     ends = np.array([3.0 if isinstance(_prior(name), LogNormal) else math.sqrt(3) for name in names])
-    found = least_squares(residuals, np.zeros(len(names)), bounds=(-ends, ends))
+    # Steps of the usual size are lost in rounding, and the search then ends where the number of threads lets it.
+    found = least_squares(residuals, np.zeros(len(names)), jac="3-point", diff_step=1e-3, bounds=(-ends, ends))
     covariance = np.linalg.inv(found.jac.T @ found.jac)
     values = _values(names, found.x)
     halves = {name: 2 * _scale(name)[1] * math.sqrt(covariance[i, i]) for i, name in enumerate(names)}
