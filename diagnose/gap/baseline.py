@@ -220,10 +220,13 @@ class ModelError:
         At `REFERENCE_RPM`.
     growth : ndarray (probes, orders)
         Power of the speed.
+    length : float
+        Relative change of speed over which they change much.
     """
 
     deviation: np.ndarray
     growth: np.ndarray
+    length: float = ERROR_LENGTH_SPEED
 
     def at(self, conditions: Sequence[Condition]) -> np.ndarray:
         """Return the deviation in each condition, shape (conditions, probes, orders)."""
@@ -232,7 +235,11 @@ class ModelError:
 
 
 def error_covariance(
-    conditions: tuple[Condition, ...], error: np.ndarray | ModelError, parts: np.ndarray
+    conditions: tuple[Condition, ...],
+    error: np.ndarray | ModelError,
+    parts: np.ndarray,
+    *,
+    length: float = ERROR_LENGTH_SPEED,
 ) -> np.ndarray:
     """Return the covariance of the stacked lines' model error.
 
@@ -243,9 +250,12 @@ def error_covariance(
         Without conditions it is the same in all of them.
     parts : ndarray (2, conditions, probes, orders)
         `OrderLines.parts`.
+    length : float
+        Relative change of speed over which it changes much; a ModelError has its own.
     """
-    kernel = similarity(conditions)
-    each = error.at(conditions) if isinstance(error, ModelError) else np.broadcast_to(error, parts.shape[1:])
+    known = isinstance(error, ModelError)
+    kernel = similarity(conditions, error.length if known else length)
+    each = error.at(conditions) if known else np.broadcast_to(error, parts.shape[1:])
     real, imaginary = (_error_block(kernel, each, seen) for seen in parts)
     zero = np.zeros((real.shape[0], imaginary.shape[0]))
     return np.block([[real, zero], [zero.T, imaginary]])
@@ -257,10 +267,13 @@ def _error_block(kernel: np.ndarray, error: np.ndarray, seen: np.ndarray) -> np.
     return same * kernel[np.ix_(condition, condition)] * np.outer(error[seen], error[seen])
 
 
-def similarity(conditions: tuple[Condition, ...]) -> np.ndarray:
-    """Return how alike the model errors in two conditions are, from 0 to 1, shape (conditions, conditions)."""
+def similarity(conditions: tuple[Condition, ...], length: float = ERROR_LENGTH_SPEED) -> np.ndarray:
+    """Return how alike the model errors in two conditions are, from 0 to 1, shape (conditions, conditions).
+
+    ``length`` is the relative change of speed over which they change much.
+    """
     speed = np.log([c.speed_rpm for c in conditions])
-    distance = ((speed[:, None] - speed[None, :]) / ERROR_LENGTH_SPEED) ** 2
+    distance = ((speed[:, None] - speed[None, :]) / length) ** 2
     loads = np.array([np.nan if c.load is None else c.load for c in conditions], dtype=float)
     span = np.nanmax(np.abs(loads)) if np.isfinite(loads).any() else 0.0
     if span > 0:

@@ -7,6 +7,7 @@ out. Where the motion repeats with the shaft the slopes are computed anew at eve
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from .baseline import (
     start,
 )
 from .coordinates import Coordinate
+from .error_smoothness import length_of
 from .lines import OrderLines, stacked
 from .predict import Predictor
 
@@ -140,7 +142,8 @@ def residual_error(current: Baseline, healthy: OrderLines) -> ModelError:
     """
     speeds = np.array([one.speed_rpm for one in healthy.conditions]) / REFERENCE_RPM
     with_phase = np.array([kind.phase for kind in healthy.kinds])
-    power, noise = _left(current, healthy)
+    left, noise = _left(current, healthy)
+    power = np.abs(left) ** 2 / 2
     shape = power.shape[1:]
     chosen, growth, least = np.zeros(shape), np.zeros(shape), np.full((shape[0], 2), np.inf)
     for exponent in GROWTHS if speeds.max() > FEW_SPEEDS * speeds.min() else GROWTHS[:1]:
@@ -155,7 +158,8 @@ def residual_error(current: Baseline, healthy: OrderLines) -> ModelError:
             least[:, kind] = np.minimum(least[:, kind], total)
             chosen, growth = np.where(better, variance, chosen), np.where(better, exponent, growth)
     usual = model_error(current.lines) ** 2 / np.exp(np.log(speeds).mean()) ** (2 * growth)
-    return ModelError(np.sqrt(np.maximum(chosen, usual)), growth)
+    found = ModelError(np.sqrt(np.maximum(chosen, usual)), growth)
+    return replace(found, length=length_of(healthy.conditions, left, noise, found))
 
 
 def left_variance(current: Baseline, healthy: OrderLines) -> np.ndarray:
@@ -164,11 +168,12 @@ def left_variance(current: Baseline, healthy: OrderLines) -> np.ndarray:
     That of the real or the imaginary part, shape (probes, orders), by maximum likelihood: each condition counts with
     its own noise, so that quiet ones tell although others are loud. The most probable unknowns and gains are used.
     """
-    return _likeliest(*_left(current, healthy))[0]
+    left, noise = _left(current, healthy)
+    return _likeliest(np.abs(left) ** 2 / 2, noise)[0]
 
 
 def _left(current: Baseline, healthy: OrderLines) -> tuple[np.ndarray, np.ndarray]:
-    """Return half the power of what is left of each line, and its noise (infinite where it is not seen)."""
+    """Return what is left of each line, and the variance of its noise (infinite where it is not seen)."""
     error = model_error(current.lines)
     parts = healthy.parts
     slopes = stacked(current.slopes, parts)
@@ -179,7 +184,7 @@ def _left(current: Baseline, healthy: OrderLines) -> tuple[np.ndarray, np.ndarra
     change = np.linalg.solve(slopes @ weighted + np.diag(precision), right)
     left = healthy.amplitudes - current.lines - np.tensordot(change, current.slopes, 1)
     seen = healthy.seen
-    return np.where(seen, np.abs(left) ** 2 / 2, 0.0), np.where(seen, healthy.deviations, np.inf) ** 2
+    return np.where(seen, left, 0.0), np.where(seen, healthy.deviations, np.inf) ** 2
 
 
 def _likeliest(power: np.ndarray, noise: np.ndarray, *, within: float = 0.0) -> tuple[np.ndarray, np.ndarray]:

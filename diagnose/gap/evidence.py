@@ -154,7 +154,8 @@ class Problem:
         share = np.maximum(_tolerances(self.lines)[1], self.transfer.share)
         lacking = np.where(self.lines.seen, self.lines.amplitudes - self.plain().expected, 0.0)
         own = share * np.minimum(_size_in_each(lacking), THRICE * _size_in_each(response))
-        found = comparison(self.lines, baseline, self.healthy, self.at_healthy, self.error, own)
+        wrong = error_covariance(self.lines.conditions, own, self.lines.parts, length=self.transfer.length)
+        found = comparison(self.lines, baseline, self.healthy, self.at_healthy, self.error, wrong)
         return replace(found, transfer=self.transfer)
 
 
@@ -164,7 +165,7 @@ def comparison(
     healthy: OrderLines | None,
     at_healthy: Baseline | None,
     error: np.ndarray | ModelError,
-    own_error: np.ndarray | None = None,
+    further: np.ndarray | None = None,
 ) -> Comparison:
     """Return the lines against what the machine, and its healthy lines if there are any, let expect.
 
@@ -177,14 +178,14 @@ def comparison(
     healthy : OrderLines, optional
     error : ndarray (probes, orders) or ModelError
         Standard deviation of the model error.
-    own_error : ndarray (conditions, probes, orders), optional
-        Of a further model error that the healthy lines do not share.
+    further : ndarray (reals, reals), optional
+        Covariance of a further model error that the healthy lines do not share.
     """
     variance = baseline.prior[:, None] ** 2
     parts = lines.parts
     flat = stacked(baseline.slopes, parts)
     expected = baseline.lines + np.tensordot(baseline.prior_mean, baseline.slopes, 1)
-    inner, between, outer = _errors(healthy, lines, error)
+    inner, between, outer = model_errors(healthy, lines, error)
     covariance = flat.T @ (variance * flat) + outer + noise_covariance(lines)
     known, cross = baseline.prior_mean, variance * flat
     if healthy is not None and at_healthy is not None:
@@ -201,12 +202,12 @@ def comparison(
         # The machine has been stopped and started in between: its own parameters are not quite the same.
         covariance = covariance + flat.T @ (baseline.drift[:, None] ** 2 * flat)
         cross = cross + baseline.drift[:, None] ** 2 * flat
-    if own_error is not None:
-        covariance = covariance + error_covariance(lines.conditions, own_error, parts)
+    if further is not None:
+        covariance = covariance + further
     return _compared(lines, expected, covariance, stacked(lines.amplitudes - expected, parts), known, cross)
 
 
-def _errors(
+def model_errors(
     healthy: OrderLines | None, lines: OrderLines, error: np.ndarray | ModelError
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the covariance of the model errors in the healthy conditions, with those in the others, and of these.

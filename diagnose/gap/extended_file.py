@@ -9,6 +9,7 @@ from pathlib import Path
 from ...datasets.sidecar import FOLDER_SIDECAR
 from ...simulators.effects.empirical_force import EmpiricalForce
 from ...simulators.effects.empirical_stiffness import EmpiricalStiffness
+from ...simulators.effects.residual_coupling_force import ResidualCouplingForce
 from ...simulators.effects.residual_unbalance import ResidualUnbalance
 from ...simulators.errors import RotorwiseError
 from ...simulators.machine import machine_from_toml
@@ -19,7 +20,7 @@ from .words import not_compared_words, probability_words, sentence_of
 #: A file that starts so was made here, and may be replaced.
 FIRST_WORDS = "# Machine extended by rotorwise gap"
 #: Effects that were added on the healthy recordings.
-OF_HEALTHY = (EmpiricalStiffness.NAME, ResidualUnbalance.NAME)
+OF_HEALTHY = (EmpiricalStiffness.NAME, ResidualUnbalance.NAME, ResidualCouplingForce.NAME)
 _WIDTH = 96
 
 

@@ -14,6 +14,8 @@ _STRENGTHS = {
     "damping_n_s_m": "damping",
     "moment_x_kg_m": "residual unbalance along x",
     "moment_y_kg_m": "residual unbalance along y",
+    "force_x_n": "residual force of the coupling along x",
+    "force_y_n": "residual force of the coupling along y",
 }
 
 

@@ -22,10 +22,11 @@ from .baseline import again
 from .evidence import Problem
 from .force_kernels import force_kernels
 from .gain import predicted_db
+from .joint_fit import jointly
 from .judged import TOLD_APART
 from .predict import UnpredictableError
 from .prediction import Predicted, given_others, prior_of
-from .refine import FIRST_STEPS, Fit, climbed, jointly, laws_of, own_responses
+from .refine import FIRST_STEPS, Fit, climbed, laws_of, own_responses
 from .responses import Responses
 from .search import MISFIT, Posterior
 from .shown_lines import SHOWN

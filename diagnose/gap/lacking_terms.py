@@ -1,7 +1,7 @@
-"""What a model may lack of a healthy machine: springs and dampers at supports, residual unbalance of rotors.
+"""What a model may lack of a healthy machine: springs and dampers at supports, residual unbalance and coupling forces.
 
 Springs stand between a support and the ground: alike or unlike in x and y, or cross-coupled, constant or growing with
-the speed or its square. An unbalance has two strengths, its components.
+the speed or its square. An unbalance, and a coupling's force, has two strengths, its components.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 from ...simulators.assembly import Place
 from ...simulators.effect import Effect
 from ...simulators.effects.empirical_stiffness import EmpiricalStiffness
+from ...simulators.effects.residual_coupling_force import ResidualCouplingForce
 from ...simulators.effects.residual_unbalance import ResidualUnbalance
 from ...simulators.machine import Machine
 from ...simulators.parameter import Normal
@@ -26,14 +27,24 @@ EXPONENTS: dict[str, tuple[float, ...]] = {
     **dict.fromkeys(("stiffness_n_m", "difference_n_m", "cross_n_m"), (0.0, 1.0, 2.0)),
     "damping_n_s_m": (0.0,),
 }
-COMPONENTS = ("moment_x_kg_m", "moment_y_kg_m")
+#: What turns with the shaft: at places of which role, and its components.
+TURNING: tuple[tuple[type[Effect], str, tuple[str, str]], ...] = (
+    (ResidualUnbalance, "rotor", ("moment_x_kg_m", "moment_y_kg_m")),
+    (ResidualCouplingForce, "coupling", ("force_x_n", "force_y_n")),
+)
+COMPONENTS = tuple(name for _, _, components in TURNING for name in components)
 #: Roles of the places where a support may be wrong.
 SUPPORTS = frozenset({"bearing", "housing"})
 #: One standard deviation of a strength moves the lines of some probe by this share.
 MOVES = 0.3
 #: Step for the slopes: as large a share of the lines of the probe that moves most.
 STEP = 1e-3
-FIRST_TRY = {**dict.fromkeys(EXPONENTS, 100.0), "damping_n_s_m": 1.0, **dict.fromkeys(COMPONENTS, 1e-6)}
+FIRST_TRY = {
+    **dict.fromkeys(EXPONENTS, 100.0),
+    "damping_n_s_m": 1.0,
+    **dict.fromkeys(("moment_x_kg_m", "moment_y_kg_m"), 1e-6),
+    **dict.fromkeys(("force_x_n", "force_y_n"), 0.01),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,8 +108,9 @@ def _options(machine: Machine, reference_rpm: float) -> list[tuple[Effect, tuple
     for place in every:
         if SUPPORTS & place.roles:
             found += _springs(place, reference_rpm)
-        if "rotor" in place.roles:
-            found.append((ResidualUnbalance(at=place.name, **dict.fromkeys(COMPONENTS, 0.0)), COMPONENTS))
+        for kind, role, components in TURNING:
+            if role in place.roles:
+                found.append((kind(at=place.name, **dict.fromkeys(components, 0.0)), components))
     return found
 
 

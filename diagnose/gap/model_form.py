@@ -20,7 +20,7 @@ from ...simulators.machine import Machine
 from .baseline import Baseline, error_covariance, model_error, noise_covariance
 from .calibration import calibrated
 from .coordinates import Coordinate
-from .lacking_terms import Term, lacking_terms
+from .lacking_terms import TURNING, Term, lacking_terms
 from .lines import OrderLines, stacked
 from .predict import Predictor
 from .result import Estimate, LackingTerm, ModelForm
@@ -29,6 +29,9 @@ from .result import Estimate, LackingTerm, ModelForm
 LEAST_CONDITIONS = 3
 #: Terms at most, and by how much each must raise the logarithm of the evidence, beside that of how many were tried.
 MOST_TERMS, LEAST_GAIN = 8, 5.0
+#: What every machine has, only not how much: unbalance of each rotor, run-out of each coupling; and how much likelier
+#: that is than a given change of a support.
+USUAL, ODDS = frozenset(effect.NAME for effect, _, _ in TURNING), 20.0
 #: Terms are kept where all of them together leave at most this share of what was missed.
 MUCH_LESS = 0.7
 #: Factors of the usual model error of which the likeliest counts.
@@ -91,11 +94,12 @@ def extended(
     for count in range(MOST_TERMS if able else 0):
         tell(f"what the model lacks when healthy, term {count + 1}")
         terms = lacking_terms(state.current, predictor, reference_rpm=reference_rpm)
-        gains = _gains(state.current, healthy, terms)
-        best = int(np.argmax(gains))
-        if gains[best] < LEAST_GAIN + math.log(len(terms)):
+        tried = _worth_trying(_gains(state.current, healthy, terms), terms)
+        if not tried:
             break
-        further = state.changed((*state.terms, terms[best]), healthy, predictor, afresh=not count)
+        # What slopes promise is not what is there: each is calibrated.
+        grown = [state.changed((*state.terms, one), healthy, predictor, afresh=not count) for one in tried]
+        further = max(grown, key=lambda one: one.evidence(healthy))
         if _evidence(further.current, healthy) < _evidence(state.current, healthy) + LEAST_GAIN:
             break
         state = further
@@ -104,7 +108,7 @@ def extended(
         state = state.changed(kept, healthy, predictor)
     if len(state.terms) > 1:
         again = state.changed(state.terms, healthy, predictor, afresh=True)
-        state = max((state, again), key=lambda one: _evidence(one.current, healthy))
+        state = max((state, again), key=lambda one: one.evidence(healthy))
     before = _missed(found, healthy)
     if _missed(state.current, healthy) > MUCH_LESS * before:
         # What the evidence asks for there are small lines; what is missed is something else.
@@ -133,6 +137,11 @@ class _State:
         coordinates = tuple(c for i, term in enumerate(self.terms) for c in term.coordinates(first + i))
         return self.machine.with_effects(*(term.effect for term in self.terms)), coordinates
 
+    def evidence(self, healthy: OrderLines) -> float:
+        """Return the logarithm of the evidence, with what is likely of any machine, up to a constant."""
+        usual = sum(term.effect.NAME in USUAL for term in self.terms)
+        return _evidence(self.current, healthy) + usual * math.log(ODDS)
+
     @property
     def first(self) -> int:
         """Number of the first coordinate of the terms."""
@@ -159,6 +168,17 @@ class _State:
         there = replace(self, terms=terms)
         machine, coordinates = there.with_terms()
         return replace(there, current=calibrated(machine, healthy, predictor, coordinates, begin=begin))
+
+
+def _worth_trying(gains: np.ndarray, terms: Sequence[Term]) -> list[Term]:
+    """Return the best term of those that every machine has, and of the others, where they promise enough."""
+    usual = np.array([term.effect.NAME in USUAL for term in terms], dtype=bool)
+    found = []
+    for kind in (usual, ~usual):
+        best = int(np.argmax(np.where(kind, gains, -math.inf))) if kind.any() else None
+        if best is not None and gains[best] >= LEAST_GAIN + math.log(len(terms)):
+            found.append(terms[best])
+    return found
 
 
 def _not_needed(state: _State, healthy: OrderLines) -> int | None:
@@ -231,7 +251,7 @@ def _evidence(current: Baseline, healthy: OrderLines) -> float:
 def _gains(current: Baseline, healthy: OrderLines, terms: Sequence[Term]) -> np.ndarray:
     """Return by how much each term raises the logarithm of the evidence, shape (terms,)."""
     if not terms:
-        return np.array([-math.inf])
+        return np.zeros(0)
     slopes = [stacked(term.slopes, healthy.parts).T for term in terms]
     plain, with_term = [], []
     for factor in ERROR_FACTORS:

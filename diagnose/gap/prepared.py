@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ...simulators.machine import Machine
-from .baseline import Baseline, ModelError, again, model_error
+from .baseline import ERROR_LENGTH_SPEED, Baseline, ModelError, again, model_error
 from .calibration import calibrated, residual_error
 from .evidence import Problem
 from .lines import OrderLines
@@ -126,6 +126,7 @@ def put_together(
         at_calibration = calibrated(machine, measured.select(fitted), predictor.select(fitted), tell=tell)
     baseline = again(at_calibration, at_calibration.machine, predictor)
     error = residual_error(at_calibration, healthy) if healthy else model_error(at_calibration.lines)
+    length = error.length if isinstance(error, ModelError) else ERROR_LENGTH_SPEED
     probes = machine.bare_assembly().probes
     return Prepared(
         measured=measured,
@@ -137,7 +138,7 @@ def put_together(
         baseline=baseline,
         at_healthy=at_calibration if healthy else None,
         error=error,
-        transfer=learnt(at_calibration, healthy, probes) if healthy else none_of(measured),
+        transfer=learnt(at_calibration, healthy, probes, length=length) if healthy else none_of(measured),
         pulse_rad=pulse_rad,
         form=form,
     )

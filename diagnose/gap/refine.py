@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...simulators.machine import Machine
-from .baseline import Baseline, again, shifted
 from .coordinates import Coordinate, log_prior, values_at
 from .evidence import (
     STRENGTH_TOLERANCE,
@@ -38,13 +37,6 @@ TOLD = 0.8
 #: A coordinate whose whole prior moves the lines by less than this, in standard deviations, is left alone where each
 #: slope is a simulation.
 DEAD = 0.3
-#: Relative deviation of a parameter below which it is not moved where each slope is a simulation: the law's tolerance
-#: is wider.
-KNOWN_WELL = 0.02
-#: Change of the machine's own coordinates that is not worth another round.
-SMALL_CHANGE = 0.03
-#: Change of any coordinate after which the slopes of the machine's own are computed anew.
-NEARBY = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,79 +173,16 @@ def refined(
         slopes = best.slopes
         if slopes is None:
             slopes = response.slopes(best.position, best.added, best.alive)
-        return _fit(chosen, best.position, best.added, slopes, compared)
+        return fit_at(chosen, best.position, best.added, slopes, compared)
     except UnpredictableError:
         return None
-
-
-def jointly(fit: Fit, problem: Problem, *, moves: int) -> Fit:
-    """Return the fit with the machine's own unknowns linearised with the effects in place, and moved ``moves`` times.
-
-    In turn: the effects' values at fixed unknowns, then the unknowns' most probable change (Gauss-Newton, with slopes
-    from nearby). Where each slope is a simulation in time, neither is moved: values are those that fit the machine as
-    calibrated, and the unknowns widen their intervals. Of a machine that itself does not repeat, the fit is returned as
-    it is.
-    """
-    baseline = problem.baseline
-    in_time = not problem.predictor.repeats(fit.machine(baseline.machine))
-    if in_time and (fit.problem is not None or not problem.predictor.repeats(baseline.machine)):
-        return fit
-    moving = _wide(baseline) if in_time else np.ones(baseline.position.size, dtype=bool)
-    try:
-        around = again(replace(baseline, active=moving), fit.machine(baseline.machine), problem.predictor)
-    except UnpredictableError:
-        return fit
-    if in_time:
-        compared = _before_effects(problem.around(around, fit.response), fit)
-        return replace(_fit(fit.candidates, fit.position, fit.response, fit.slopes, compared), problem=problem)
-    best, least, seen = fit, math.inf, np.concatenate([baseline.position, fit.position])
-    for count in range(moves + 1):
-        baseline, here = problem.baseline, np.concatenate([problem.baseline.position, fit.position])
-        try:
-            machine = fit.machine(baseline.machine)
-            if np.abs(here - seen).max() < NEARBY:
-                around = shifted(around, machine, baseline.position - around.position, problem.predictor)
-            else:
-                around, seen = again(replace(baseline, active=moving), machine, problem.predictor), here
-        except UnpredictableError:
-            break
-        compared = problem.around(around, fit.response)
-        without = _before_effects(compared, fit)
-        found = refined(fit.candidates, fit.position, without, baseline.machine, problem.predictor)
-        if found is None:
-            break
-        fit = replace(found, problem=problem)
-        learnt = compared.learnt @ Widened(fit.law).solve(fit.residual)
-        change = (compared.known + learnt)[: baseline.position.size]
-        largest = float(np.abs(change).max(initial=0.0))
-        # Evidence is that of the most probable values; on the way there it may be larger, and means nothing.
-        if largest < least:
-            best, least = fit, largest
-        if count == moves or largest < SMALL_CHANGE:
-            break
-        problem = problem.moved(change * min(1.0, LONGEST_MOVE / largest))
-    return best
-
-
-def _wide(baseline: Baseline) -> np.ndarray:
-    """Return which coordinates move their parameter by more than `KNOWN_WELL` within a standard deviation."""
-    found = []
-    for coordinate, z in zip(baseline.coordinates, baseline.position, strict=True):
-        here, there = coordinate.value(float(z)), coordinate.value(float(z) + 1.0)
-        found.append(coordinate.is_angle or abs(there - here) > KNOWN_WELL * abs(here))
-    return np.array(found, dtype=bool)
-
-
-def _before_effects(compared: Comparison, fit: Fit) -> Comparison:
-    """Return a comparison with the machine that carries the effects, their response put back to be fitted anew."""
-    return replace(compared, residual=compared.residual + compared.whitened(fit.response))
 
 
 def _precision(chosen: Sequence[Candidate]) -> np.ndarray:
     return np.array([c.precision for candidate in chosen for c in candidate.coordinates])
 
 
-def _fit(
+def fit_at(
     chosen: Sequence[Candidate], position: np.ndarray, added: np.ndarray, slopes: np.ndarray, compared: Comparison
 ) -> Fit:
     """Return the fit at its best position with Laplace's evidence."""

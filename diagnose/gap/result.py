@@ -104,13 +104,13 @@ class LackingTerm:
     Attributes
     ----------
     effect : str
-        "empirical_stiffness" or "residual_unbalance".
+        "empirical_stiffness", "residual_unbalance" or "residual_coupling_force".
     at : str
         Place of the machine.
     strength : str
         Parameter of the effect.
     speed_exponent, reference_speed_rpm : float
-        A spring grows with this power of the speed, up to the reference; 0 for an unbalance.
+        A spring grows with this power of the speed, up to the reference; 0 for what turns with the shaft.
     value : Estimate
         At the reference speed.
     """

@@ -12,10 +12,11 @@ from .beside_unknown import beside_unknown
 from .evidence import Comparison, Problem, Widened
 from .force_kernels import ForceKernel
 from .hypotheses import Candidate
+from .joint_fit import jointly
 from .judged import judged
 from .null_distribution import chance_of_residual
 from .prediction import Predicted
-from .refine import FIRST_STEPS, Climbed, Fit, climbed, density, jointly, nothing, refined
+from .refine import FIRST_STEPS, Climbed, Fit, climbed, density, nothing, refined
 from .response_shape import scaled_strengths
 from .responses import Responses
 from .screen import Start

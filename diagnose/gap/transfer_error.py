@@ -13,11 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...simulators.assembly import Probe
-from .baseline import Baseline, similarity
+from .baseline import ERROR_LENGTH_SPEED, Baseline, similarity
 from .calibration import left_variance
 from .lines import Condition, OrderLines
 
-#: A healthy line tells where it is so many times its noise, and the model's at least this share of it.
+#: A healthy line tells where it is so many times its noise (of one record; more tell more), and the model's at least
+#: this share of it.
 CLEAR, LEAST_MADE = 10.0, 1 / 3
 #: Shares where healthy recordings show no such line, as the model has then not been checked: the first one, and those
 #: that are tried where something unknown acts as well.
@@ -37,11 +38,14 @@ class TransferError:
         Probes at the same place that measure the same quantity.
     is_checked : bool
         Whether healthy recordings told the share.
+    length : float
+        Relative change of speed over which the error changes much.
     """
 
     share: np.ndarray
     beside: np.ndarray
     is_checked: bool = True
+    length: float = ERROR_LENGTH_SPEED
 
     def options(self) -> list[TransferError]:
         """Return what it may be as well: itself where it was checked."""
@@ -57,7 +61,7 @@ class TransferError:
         size = (np.abs(response) ** 2).sum(axis=0)
         largest = np.argmax(np.where(self.beside[:, :, None], size[None], -1.0), axis=1)
         present = np.take_along_axis(size, largest, axis=0) > 0
-        values, vectors = np.linalg.eigh(similarity(conditions))
+        values, vectors = np.linalg.eigh(similarity(conditions, self.length))
         ways = (vectors * np.sqrt(np.maximum(values, 0.0)))[:, values > 1e-3 * values.max()].T
         places = np.argwhere(present & (self.share > LEAST))
         wrong = np.zeros((len(places), len(ways), *response.shape), dtype=complex)
@@ -73,7 +77,9 @@ def none_of(lines: OrderLines) -> TransferError:
     return TransferError(np.zeros(lines.seen.shape[1:]), np.eye(probes, dtype=bool))
 
 
-def learnt(current: Baseline, healthy: OrderLines, probes: Sequence[Probe]) -> TransferError:
+def learnt(
+    current: Baseline, healthy: OrderLines, probes: Sequence[Probe], *, length: float = ERROR_LENGTH_SPEED
+) -> TransferError:
     """Return by which share the calibrated machine misses healthy lines that it makes itself.
 
     Orders of which nothing is learnt have their probe's rms, probes of which nothing is learnt that of all.
@@ -85,6 +91,8 @@ def learnt(current: Baseline, healthy: OrderLines, probes: Sequence[Probe]) -> T
     healthy : OrderLines
     probes : sequence of Probe
         Of the machine, in any order.
+    length : float
+        Relative change of speed over which what the machine misses changes much.
     """
     places = {probe.name: (probe.location, probe.quantity) for probe in probes}
     own = [places[name] for name in healthy.probes]
@@ -94,7 +102,7 @@ def learnt(current: Baseline, healthy: OrderLines, probes: Sequence[Probe]) -> T
     noise = np.where(seen, healthy.deviations, 0.0) ** 2
     size = np.where(seen, np.abs(healthy.amplitudes) ** 2 / 2, 0.0).sum(axis=0)
     made = np.where(seen, np.abs(current.lines) ** 2 / 2, 0.0).sum(axis=0)
-    clear = (count > 1) & (size > CLEAR**2 * noise.sum(axis=0)) & (made > LEAST_MADE**2 * size)
+    clear = (count > 1) & (size * np.sqrt(count) > CLEAR**2 * noise.sum(axis=0)) & (made > LEAST_MADE**2 * size)
     if not clear.any():
         return TransferError(np.full(clear.shape, UNCHECKED[0]), beside, is_checked=False)
     # The gain of each probe has been fitted as well.
@@ -103,4 +111,4 @@ def learnt(current: Baseline, healthy: OrderLines, probes: Sequence[Probe]) -> T
     of_all = power.sum() / clear.sum()
     of_probe = np.where(clear.any(axis=1), power.sum(axis=1) / np.maximum(clear.sum(axis=1), 1), of_all)
     share = np.sqrt(np.where(clear, power, of_probe[:, None]))
-    return TransferError(np.minimum(share, 1.0), beside)
+    return TransferError(np.minimum(share, 1.0), beside, length=length)

@@ -13,8 +13,9 @@ import numpy as np
 
 from .evidence import Problem, Widened, law_columns
 from .hypotheses import Candidate
+from .joint_fit import jointly
 from .null_distribution import chance_of_residual
-from .refine import FIRST_STEPS, Fit, climbed, jointly, nothing, refined
+from .refine import FIRST_STEPS, Fit, climbed, nothing, refined
 from .screen import Atom, Start, atoms_of
 from .screening import Screening, few_of_each
 

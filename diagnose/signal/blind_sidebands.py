@@ -14,7 +14,7 @@ import numpy as np
 
 from .sidebands import SidebandFamily, find_sidebands
 from .spectrum import Spectrum
-from .speed import Peaks, find_peaks
+from .speed_peaks import Peaks, find_peaks
 
 _CARRIERS = 24
 _PAIRS = 4

@@ -7,20 +7,26 @@ confidence, so that half or twice the speed, and a bearing's own comb, compete o
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from ...simulators.errors import InvalidValueError
 from ..result import SpeedEstimate
-from .spectrum import PlainSpectrum, Spectrum, peak_offsets, plain_spectrum
+from .spectrum import PlainSpectrum, plain_spectrum
+from .speed_peaks import Peaks, find_peaks
+from .supply_lines import SUPPLY_TOLERANCE, follows_supply, of_supply, without_supply
 from .tacho import pulse_times, regular_share, repaired_pulses
 
 #: Chance that the n-th harmonic of a turning shaft shows above the noise, n = 1, 2, ...
 HARMONIC_SHOWS = np.array([0.9, 0.8, 0.7, 0.6, 0.5, 0.45, 0.4, 0.35, 0.3, 0.3, 0.25, 0.25, 0.2, 0.2, 0.2])
-_LINE_THRESHOLD = 12.0  # power over mean noise power of a peak that counts as a line: one noise bin in 160 000
 _HINT_SPREAD = 0.035  # standard deviation of true over nominal speed; real files are off by up to 7 %
 _CLEARLY_WORSE = 8.0  # log Bayes factor
+_SHOWN = 0.7  # log Bayes factor of an order with a line
+_CLEAR = 3.0  # of an order with a line that is no chance peak of the noise
+_SAID = 0.01  # a hint so near a synchronous speed means it
+_FEW = 0.2  # chance of harmonics beside 1X where a machine shows few, as a share of the usual one
+_HUM_TRUST = 0.3  # in a speed that only lines of the supply show
 _FASTEST_USUAL_HZ = 61.0  # a two-pole motor on a 60 Hz supply
 _BEARING_SLIP = 0.016  # rolling elements slip 1-2 % against pure rolling
 _TYPICAL_SPEED_HZ, _SPEED_SPREAD = (
@@ -97,37 +103,6 @@ def _variation(times: np.ndarray, rate_hz: float, pulses_per_revolution: float) 
     return float((np.percentile(spans, 95) - np.percentile(spans, 5)) / spans.mean())
 
 
-@dataclass(frozen=True, eq=False)
-class Peaks:
-    """Lines of a spectrum: interpolated frequency, its standard deviation and power ratio, sorted by frequency."""
-
-    frequency_hz: np.ndarray
-    deviation_hz: np.ndarray
-    power_ratio: np.ndarray
-    span_hz: float
-
-
-def find_peaks(spectrum: Spectrum, channel: int, *, highest_hz: float) -> Peaks:
-    """Return the local maxima of one channel that stand above the noise, up to a frequency.
-
-    The deviation of an interpolated peak is that of a tone in white noise, 0.55 bins over the root of the power
-    ratio, with a floor of 0.04 bins for the small wander that every real speed has.
-    """
-    row = spectrum.amplitude[channel]
-    ratio = spectrum.power_ratio[channel]
-    inner = np.arange(2, min(row.size - 2, int(highest_hz / spectrum.resolution_hz)))
-    is_peak = (row[inner] >= row[inner - 1]) & (row[inner] > row[inner + 1]) & (ratio[inner] > _LINE_THRESHOLD)
-    bins = inner[is_peak]
-    resolution = spectrum.resolution_hz
-    deviation = resolution * np.sqrt(0.3 / ratio[bins] + 0.04**2)
-    return Peaks(
-        (bins + peak_offsets(row, bins, padding=spectrum.padding)) * resolution,
-        deviation,
-        ratio[bins],
-        float(spectrum.frequency_hz[-1]),
-    )
-
-
 def speed_from_vibration(
     signals: np.ndarray,
     *,
@@ -181,12 +156,11 @@ def speed_from_vibration(
         return None
     orders = np.concatenate([np.arange(1.0, HARMONIC_SHOWS.size + 1), known_orders])
     shows = np.concatenate([HARMONIC_SHOWS, np.full(len(known_orders), 0.8)])
-    candidates = candidate_speeds(channels, lowest_hz, highest_hz)
-    if not candidates.size:
+    ends = lowest_hz, highest_hz
+    channels, looked, trust = _beside_hum(channels, ends, hint_hz, bearing_orders, orders, shows)
+    if looked is None:
         return None
-    prior = _log_prior(candidates, hint_hz) + _bearing_gains(channels, candidates, bearing_orders)
-    scores = prior + comb_scores(channels, candidates, orders=orders, shows=shows)
-    best = float(candidates[int(np.argmax(scores))])
+    candidates, prior, scores, best = looked
     width = max(0.003 * best, resolution)
     if hint_hz is not None and bearing_orders:
         # Which of the neighbouring speeds it is, lines that a bearing shares with the shaft cannot tell. Without them
@@ -196,7 +170,7 @@ def speed_from_vibration(
         other = float(candidates[int(np.argmax(other_scores))])
         if scores[np.abs(candidates - other) < width].max() > scores.max() - _CLEARLY_WORSE:
             best, shows = other, unshared
-    confidence = _confidence(candidates, scores, best, width, resolution)
+    confidence = _confidence(candidates, scores, best, width, resolution) * trust
     if hint_hz is None:
         confidence *= _trust_without_hint(channels, best, orders, shows)
     if hint_hz is None and bearing_orders:
@@ -216,6 +190,61 @@ def speed_from_vibration(
     return SpeedEstimate(speed, speed - interval, speed + interval, confidence, method)
 
 
+_Looked = tuple[np.ndarray, np.ndarray, np.ndarray, float]
+
+
+def _beside_hum(
+    channels: list[Peaks],
+    range_hz: tuple[float, float],
+    hint_hz: float | None,
+    bearing_orders: tuple[float, ...],
+    orders: np.ndarray,
+    shows: np.ndarray,
+) -> tuple[list[Peaks], _Looked | None, float]:
+    """Return the lines, what they say as of `_looked_for`, and how far that is trusted.
+
+    Where all lines that the best speed explains are the supply's, the others are asked, if any of them may be a shaft.
+    """
+    looked = _looked_for(channels, range_hz, hint_hz, bearing_orders, orders, shows)
+    if looked is None or not _is_hum(channels, looked[3], hint_hz, orders, shows):
+        return channels, looked, 1.0
+    beside = [one for one in map(without_supply, channels) if one.frequency_hz.size]
+    again = _looked_for(beside, range_hz, hint_hz, bearing_orders, orders, shows) if beside else None
+    return (channels, looked, _HUM_TRUST) if again is None else (beside, again, 1.0)
+
+
+def _looked_for(
+    channels: list[Peaks],
+    range_hz: tuple[float, float],
+    hint_hz: float | None,
+    bearing_orders: tuple[float, ...],
+    orders: np.ndarray,
+    shows: np.ndarray,
+) -> _Looked | None:
+    """Return candidate speeds, their prior, their scores, and the best; None where no line lets one be a candidate."""
+    candidates = candidate_speeds(channels, *range_hz)
+    if not candidates.size:
+        return None
+    prior = _log_prior(candidates, hint_hz) + _bearing_gains(channels, candidates, bearing_orders)
+    comb = comb_scores(channels, candidates, orders=orders, shows=shows)
+    if hint_hz is not None:
+        # A sound machine may show little but 1X; near a hint few other things make such a line.
+        few = np.where(orders == 1.0, shows, _FEW * shows)
+        comb = np.logaddexp(comb, comb_scores(channels, candidates, orders=orders, shows=few)) - np.log(2.0)
+    scores = prior + comb
+    return candidates, prior, scores, float(candidates[int(np.argmax(scores))])
+
+
+def _is_hum(
+    channels: list[Peaks], speed_hz: float, hint_hz: float | None, orders: np.ndarray, shows: np.ndarray
+) -> bool:
+    """Return whether all lines that a speed explains are the supply's, and nobody has said that it turns so."""
+    if not follows_supply(speed_hz) or (hint_hz is not None and abs(speed_hz / hint_hz - 1) < _SAID):
+        return False
+    gains = np.max([order_gains(peaks, np.array([speed_hz]), orders, shows)[0] for peaks in channels], axis=0)
+    return not (gains[~of_supply(orders * speed_hz, SUPPLY_TOLERANCE * speed_hz)] > _CLEAR).any()
+
+
 def _log_prior(candidates_hz: np.ndarray, hint_hz: float | None) -> np.ndarray:
     if hint_hz is not None:
         return -0.5 * ((candidates_hz / hint_hz - 1) / _HINT_SPREAD) ** 2
@@ -228,7 +257,7 @@ def _trust_without_hint(channels: list[Peaks], speed_hz: float, orders: np.ndarr
     A single line may be anything; and the comb of a bearing is as regular as a shaft's, so a fast one may be either.
     """
     gains = np.max([order_gains(peaks, np.array([speed_hz]), orders, shows)[0] for peaks in channels], axis=0)
-    further = max(int(np.count_nonzero(gains > 0.7)) - 1, 0)
+    further = max(int(np.count_nonzero(gains > _SHOWN)) - 1, 0)
     if speed_hz > _FASTEST_USUAL_HZ:
         return 0.5 * (1.0 - 0.6 * float(np.exp(-further)))
     return 1.0 - 0.3 * float(np.exp(-further))

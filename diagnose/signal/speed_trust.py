@@ -19,14 +19,13 @@ from .order_tracking import angular_resample
 from .spectrum import Spectrum, fast_length, fast_length_within, spectrum_with_floor
 from .speed import (
     HARMONIC_SHOWS,
-    Peaks,
     best_of_clusters,
     candidate_speeds,
     comb_gains,
-    find_peaks,
     lines_below,
     place_gains,
 )
+from .speed_peaks import Peaks, find_peaks
 
 _TURNS_A_PIECE, _FEW_TURNS, _PIECES = 150, 20, 4
 _LEAST_TURNS = 4  # in fewer nothing can be told apart

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..effect import Effect, Line
 from ..parameter import LogNormal, Uniform, parameter
-from ..rotor_dynamics.harmonic_force import harmonic_force
+from ..rotor_dynamics.harmonic_force import turning_force
 
 if TYPE_CHECKING:
     from ..assembly import Assembly
@@ -55,16 +55,10 @@ class RotatingCouplingForce(Effect):
     def contribute(self, assembly: Assembly) -> None:
         """Add the turning force at the chosen coupling."""
         place = assembly.place(self.ROLE, self.at)
-        along, across = self.force_n * math.cos(self.angle_rad), self.force_n * math.sin(self.angle_rad)
-        assembly.forces.append(
-            harmonic_force(
-                f"rotating force at {place.name}",
-                (place.directions["x"], place.directions["y"]),
-                order=place.shaft_ratio,
-                cos=(along, across),
-                sin=(-across, along),
-            )
-        )
+        if not self.force_n:
+            return
+        force = turning_force(f"rotating force at {place.name}", place, force_n=self.force_n, angle_rad=self.angle_rad)
+        assembly.forces.append(force)
 
     def signature(self, machine: Machine) -> tuple[Line, ...]:
         """Return 1X of the coupling's shaft."""

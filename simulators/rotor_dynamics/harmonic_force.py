@@ -78,3 +78,25 @@ def rotating_mass(name: str, place: Place, *, moment_kg_m: float, angle_rad: flo
     outputs = (place.directions["x"], place.directions["y"])
     parts = (moment_kg_m * math.cos(angle_rad), moment_kg_m * math.sin(angle_rad))
     return InterfaceForce(name, ROTATING_MASS, (place.shaft_ratio, *parts), outputs)
+
+
+def turning_force(name: str, place: Place, *, force_n: float, angle_rad: float) -> InterfaceForce:
+    """Return a force of constant size at ``place`` that turns with its shaft.
+
+    Parameters
+    ----------
+    name : str
+    place : Place
+        With "x" and "y" directions, on a turning shaft.
+    force_n : float
+    angle_rad : float
+        From x at shaft angle 0, positive in the sense of rotation.
+    """
+    along, across = force_n * math.cos(angle_rad), force_n * math.sin(angle_rad)
+    return harmonic_force(
+        name,
+        (place.directions["x"], place.directions["y"]),
+        order=place.shaft_ratio,
+        cos=(along, across),
+        sin=(-across, along),
+    )

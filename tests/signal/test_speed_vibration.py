@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rotorwise.diagnose.result import SpeedEstimate
 from rotorwise.diagnose.signal.spectrum import spectrum_with_floor
-from rotorwise.diagnose.signal.speed import find_peaks, speed_from_vibration
+from rotorwise.diagnose.signal.speed import speed_from_vibration
+from rotorwise.diagnose.signal.speed_peaks import find_peaks
 
 RATE = 10_000.0
 TIME = np.arange(40_000) / RATE

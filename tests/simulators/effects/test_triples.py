@@ -36,7 +36,7 @@ def fits(machine, effect):
 
 
 #: Parts of a healthy machine, not faults: they have a test of their own, and leave the draws as they were without them.
-OF_HEALTHY = ("empirical_stiffness", "residual_unbalance")
+OF_HEALTHY = ("empirical_stiffness", "residual_unbalance", "residual_coupling_force")
 FITTING = {m: [n for n, e in EFFECTS.items() if fits(m, e) and n not in OF_HEALTHY] for m in MACHINES}
 
 
