@@ -133,7 +133,9 @@ def _head(result: GapResult, sources: Sequence[str], notes: Sequence[str]) -> It
     yield from _comment(f"Fitted to {'; '.join(fitted)} at {', '.join(result.measured.probes)}.{apart}")
     if sources:
         yield from _comment(f"Recordings: {', '.join(sources)}.")
-    yield from _comment("Intervals hold 90 %. Angles are relative to the tacho's pulse.")
+    yield from _comment(
+        "Intervals hold 90 %. Angles are counted from the model's zero: the tacho's pulse, unless said otherwise."
+    )
     for names in result.indistinguishable:
         yield from _comment(f"Not distinguishable from these data: {', '.join(names)}.")
     for text in (*notes, *result.remarks, *(not_compared_words(result.not_compared))):

@@ -24,6 +24,7 @@ from .lacking_terms import TURNING, Term, lacking_terms
 from .lines import OrderLines, stacked
 from .predict import Predictor
 from .result import Estimate, LackingTerm, ModelForm
+from .stable import is_stable
 
 #: Healthy conditions needed: what grows with the speed shows at three or more.
 LEAST_CONDITIONS = 3
@@ -90,6 +91,7 @@ def extended(
         Highest speed of all recordings.
     """
     state = _State(machine, (), found)
+    speeds = sorted({*(one.speed_rpm for one in healthy.conditions), reference_rpm})
     able = predictor.repeats(machine) and len(healthy.conditions) >= LEAST_CONDITIONS
     for count in range(MOST_TERMS if able else 0):
         tell(f"what the model lacks when healthy, term {count + 1}")
@@ -99,6 +101,9 @@ def extended(
             break
         # What slopes promise is not what is there: each is calibrated.
         grown = [state.changed((*state.terms, one), healthy, predictor, afresh=not count) for one in tried]
+        grown = [one for one in grown if one.runs(speeds)]
+        if not grown:
+            break
         further = max(grown, key=lambda one: one.evidence(healthy))
         if _evidence(further.current, healthy) < _evidence(state.current, healthy) + LEAST_GAIN:
             break
@@ -109,6 +114,8 @@ def extended(
     if len(state.terms) > 1:
         again = state.changed(state.terms, healthy, predictor, afresh=True)
         state = max((state, again), key=lambda one: one.evidence(healthy))
+    if state.terms and not state.runs(speeds):
+        state = _State(machine, (), found)
     before = _missed(found, healthy)
     if _missed(state.current, healthy) > MUCH_LESS * before:
         # What the evidence asks for there are small lines; what is missed is something else.
@@ -141,6 +148,10 @@ class _State:
         """Return the logarithm of the evidence, with what is likely of any machine, up to a constant."""
         usual = sum(term.effect.NAME in USUAL for term in self.terms)
         return _evidence(self.current, healthy) + usual * math.log(ODDS)
+
+    def runs(self, speeds_rpm: Sequence[float]) -> bool:
+        """Return whether the calibrated machine is stable, or was not so as given."""
+        return is_stable(self.current.machine, speeds_rpm) or not is_stable(self.machine, speeds_rpm)
 
     @property
     def first(self) -> int:
