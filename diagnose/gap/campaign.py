@@ -233,6 +233,14 @@ def _plain(unit: str) -> str:
 def _check_left(sources: Sources, kept: Mapping[Path, object], unreadable: Sequence[str]) -> None:
     if not any(path in kept for path in sources.recordings):
         raise UnfitRecordingError(f"No recording can be used; allowed: one or more. {' '.join(unreadable[:3])}")
+    if sources.baseline and not any(path in kept for path in sources.baseline):
+        # Without them the answer would be another one, and nobody would know.
+        names = {path.name for path in sources.baseline}
+        own = [text for text in unreadable if any(name in text for name in names)]
+        raise UnfitRecordingError(
+            f"None of the {len(names)} recordings of the healthy machine can be used; allowed: one or more, or none "
+            f"named at all. {' '.join(own[-2:])} Mend them, or take them away."
+        )
 
 
 def _shared(kept: Mapping[Path, tuple[Recording, Matched]], names: Sequence[str]) -> tuple[str, ...]:
@@ -265,6 +273,11 @@ def _notes(
     machine: Machine,
 ) -> list[str]:
     notes = [f"{path.name}: no format that a reader knows; left out." for path in sources.left_out]
+    for paths, what in ((sources.recordings, "recordings"), (sources.baseline, "recordings of the healthy machine")):
+        unused = [path.name for path in paths if path not in kept]
+        if unused:
+            more = ", ..." if len(unused) > 6 else ""
+            notes.append(f"{len(unused)} of {len(paths)} {what} cannot be used: {', '.join(unused[:6])}{more}.")
     left: dict[tuple[str, str], int] = {}
     for recording, matched in kept.values():
         reasons = {name: why for name, why in matched.left.items()}

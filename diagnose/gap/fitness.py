@@ -76,6 +76,13 @@ def _speed(recording: Recording, kept: dict[int, str], name: str) -> SpeedEstima
         raise UnfitRecordingError(f"{name}: {problem}") from None
     if speed is None or speed.confidence < TRUSTED_SPEED:
         guess = f" ({speed.speed_rpm:.0f} rpm with {speed.confidence:.0%} confidence)" if speed else ""
+        stated = recording.condition.speed_rpm
+        if stated:
+            raise UnfitRecordingError(
+                f"{name}: no tacho, and the vibration shows no speed near the {stated:.0f} rpm that are stated; "
+                "allowed: lines of the shaft that place it to a part of a line's width. Name the tacho channel with "
+                "--tacho, correct the speed, or leave the recording out."
+            )
         raise UnfitRecordingError(
             f"{name}: no tacho, and the vibration does not show the shaft's speed{guess}; allowed: a known speed. Name "
             "the tacho channel with --tacho, or give the speed with --speed or in recording.toml."

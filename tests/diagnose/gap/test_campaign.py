@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -291,3 +292,31 @@ def test_an_unknown_load_is_told_of(rig_file: Path) -> None:
     assert any(note.startswith("Load not known in 1 of 1 recordings") for note in taken.notes)
     said = "Channel motor is not compared: rotational speed, direction not known: say with --probe which probe it is."
     assert said in taken.notes
+
+
+def test_recordings_that_cannot_be_used_are_told_and_a_baseline_that_is_gone_is_refused(
+    folder: Path, tmp_path: Path
+) -> None:
+    shutil.copytree(folder, tmp_path / "own")
+    # Nobody says at which rate it was taken.
+    rateless = "\n".join([f"{PROBES[0].name} (m)", *(f"{value:.3f}" for value in np.linspace(0, 1, 200))])
+    for kept in (tmp_path / "own").rglob("slow.*"):
+        kept.unlink()
+    (tmp_path / "own" / "slow.csv").write_text(rateless, encoding="utf-8")
+    taken = read_campaign(find_sources([tmp_path / "own"]), ROTOR)
+    assert "1 of 2 recordings cannot be used: slow.csv." in taken.notes
+    for kept in (tmp_path / "own" / "baseline").iterdir():
+        kept.unlink()
+    (tmp_path / "own" / "baseline" / "ok.csv").write_text(rateless, encoding="utf-8")
+    with pytest.raises(UnfitRecordingError, match="None of the 1 recordings of the healthy machine"):
+        read_campaign(find_sources([tmp_path / "own"]), ROTOR)
+
+
+def test_a_stated_speed_that_the_vibration_does_not_show_is_told(tmp_path: Path) -> None:
+    noise = np.random.default_rng(0).normal(size=4000)
+    probe = PROBES[0].name
+    path = tmp_path / "run.csv"
+    path.write_text("\n".join([f"{probe} (m)", *(f"{1e-6 * value:.6e}" for value in noise)]), encoding="utf-8")
+    (tmp_path / "recording.toml").write_text("[recording]\nrate_hz = 1000.0\nspeed_rpm = 1500.0\n", encoding="utf-8")
+    with pytest.raises(UnfitRecordingError, match="1500 rpm that are stated"):
+        read_campaign(find_sources([path]), ROTOR)
