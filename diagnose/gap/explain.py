@@ -31,6 +31,7 @@ from .screen import Atom, atoms_of
 from .screening import Screening, telling_conditions
 from .search import search
 from .shown_lines import may_show, standing_out
+from .struck_rhythm import envelopes_of, heard_beside, not_heard
 from .verdict import told
 from .wanted_lines import wanted_lines
 from .waveform import ONLY_IN_WAVEFORM, SUSPECTED, seen_in_waveform, variations, with_doubt
@@ -96,7 +97,12 @@ def explained(
     left_out = without if only is None else without | (effect_catalogue().keys() - only)
     lacking = (*prepared.found_lines, *standing_out(compared))
     competing = _competing(machine, left_out, compared, own, few, screened, lacking)
+    rhythms = tuple(dict.fromkeys(one.effect for one in competing))
+    unheard = not_heard(rhythms, machine, prepared.envelopes)
+    competing = [one for one in competing if one.effect not in unheard]
     library, not_compared = responses(competing, own, few, screened, tell=tell)
+    gone = {one.NAME for one in unheard} - {one.name for one in competing}
+    not_compared = dict.fromkeys(sorted(gone), "the envelope beats in another rhythm") | not_compared
     screening = Screening(chosen, screened, library)
     tied = all(one.tied for one in part.conditions)
     kernels = force_kernels(problem.baseline.machine, part) if tied else ()
@@ -105,6 +111,7 @@ def explained(
     posterior, withdrawn = checked(prepared, posterior)
     forces, remarks = useful_forces(prepared, posterior)
     gain = measured_gain(machine, prepared, posterior, forces)
+    remarks += heard_beside(rhythms, machine, prepared.envelopes, next(iter(posterior.probabilities)))
     return told(machine, prepared, posterior, not_compared, gain, forces, (*withdrawn, *remarks))
 
 
@@ -161,7 +168,8 @@ def prepare(
     if healthy and own and predictor.noise is not None and own.noise is not None:
         predictor = replace(predictor, noise=not_of_the_fault(predictor.noise, measured, own.noise, healthy))
     found = put_together(machine, measured, predictor, healthy, own, as_given=as_given, tell=tell)
-    return replace(found, waveform=waveform, flawed=flawed, found_lines=further)
+    envelopes = envelopes_of(campaign.recordings, [one.speed_rpm for one in measured.conditions])
+    return replace(found, waveform=waveform, flawed=flawed, found_lines=further, envelopes=envelopes)
 
 
 def _sure(lines: OrderLines, recordings: Sequence[Recording]) -> OrderLines:

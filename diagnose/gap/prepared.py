@@ -15,6 +15,7 @@ from .lines import OrderLines
 from .model_form import Extended, extended
 from .predict import Predictor
 from .pulse_place import calibrated_with_pulse, turned
+from .struck_rhythm import Spectrum
 from .transfer_error import TransferError, learnt, none_of
 
 #: From so many conditions on, a part of them is held out.
@@ -52,6 +53,8 @@ class Prepared:
         Angle of the machine at the tacho's pulse: the lines' phases are counted from the machine's zero.
     form : Extended or None
         What the healthy recordings say that the model lacks; None where that was not looked for.
+    envelopes : tuple of Spectrum
+        What stands out of the envelopes of the recordings to explain; empty where only lines are known.
     """
 
     measured: OrderLines
@@ -69,6 +72,7 @@ class Prepared:
     found_lines: tuple[tuple[float, float], ...] = ()
     pulse_rad: float = 0.0
     form: Extended | None = None
+    envelopes: tuple[Spectrum, ...] = ()
 
     def problem(self, chosen: Sequence[int]) -> Problem:
         """Return the problem of some of the conditions."""

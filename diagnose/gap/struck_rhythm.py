@@ -1,0 +1,150 @@
+"""Whose rhythm the envelope beats: of the effects that strike in one part, which cannot be what is heard.
+
+A line's size is read in a band, as bearings slip. Where balls pass the outer race three times a turn and the inner race
+five times, nearly, the bands of one hold sidebands of the other, and sizes alone may name the wrong race. The lines of
+one effect keep their places to each other, whatever the slip: on the envelope's spectrum only one fits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...datasets.recording import Recording
+from ...simulators.effect import Effect
+from ...simulators.errors import RotorwiseError
+from ...simulators.machine import Machine
+from .line_sizes import MEAN_OVER_MEDIAN, high_envelope, line_power
+from .wanted_lines import STRUCK
+
+#: Slips of the cage that are tried: under thrust balls roll at an angle, which looks like a negative one.
+SLIPS = np.arange(-0.025, 0.0351, 0.0005)
+#: Lines of an effect that are looked at, its strongest first.
+LINES = 12
+#: Half width of a line as a share of its order, and in lines of the spectrum.
+NARROW, NARROW_BINS = 0.002, 1.5
+#: Half width, in orders, of what the floor is the median of; highest order that is looked at.
+FLOOR_ORDERS, HIGHEST_ORDER = 1.0, 25.0
+#: Power over the floor from which on something stands out, far above what noise does anywhere.
+STANDS_OUT = 20.0
+#: Whole orders are the shaft's: so near to one nothing counts, in lines of the spectrum.
+SHAFT_BINS = 2.5
+#: An effect that makes this share of what stands out excludes those of the same part that make less than a part of it.
+MOST, FAINT = 0.4, 0.5
+
+
+@dataclass(frozen=True)
+class Rhythm:
+    """Which share of what stands out of the envelope an effect's lines hold, and the slip at which they do."""
+
+    share: float
+    slip: float
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """What stands out of an envelope's spectrum: orders, power over the floor, and the width of a line in orders."""
+
+    orders: np.ndarray
+    power: np.ndarray
+    resolution: float
+
+
+def not_heard(effects: Sequence[Effect], machine: Machine, envelopes: Sequence[Spectrum]) -> frozenset[Effect]:
+    """Return the effects that cannot be what strikes, as another one in the same part clearly is.
+
+    Parameters
+    ----------
+    effects : sequence of Effect
+        Those that compete, at their places.
+    machine : Machine
+    envelopes : sequence of Spectrum
+        As of `envelopes_of`.
+    """
+    struck = [one for one in effects if one.ROLE in STRUCK and "slip" in one.values()]
+    heard = {one: rhythm(one, machine, envelopes).share for one in struck}
+    most = {one: max(share for rival, share in heard.items() if rival.at == one.at) for one in heard}
+    return frozenset(one for one, share in heard.items() if most[one] >= MOST and share < FAINT * most[one])
+
+
+def heard_beside(
+    effects: Sequence[Effect], machine: Machine, envelopes: Sequence[Spectrum], named: Sequence[str]
+) -> tuple[str, ...]:
+    """Return a remark where the envelope clearly beats in the rhythm of an effect that is not named."""
+    struck = [one for one in effects if one.ROLE in STRUCK and "slip" in one.values()]
+    found = [(rhythm(one, machine, envelopes), one) for one in struck]
+    best = max((own.share for own, _ in found), default=0.0)
+    if best < MOST or any(one.NAME in named for _, one in found):
+        return ()
+    loudest = [(own, one) for own, one in found if own.share > 0.99 * best]
+    own, name = loudest[0][0], loudest[0][1].NAME
+    places = list(dict.fromkeys(one.at.replace("_", " ") for _, one in loudest if name == one.NAME))
+    return (
+        f"The envelope beats in the rhythm of {name.replace('_', ' ')} at {' or '.join(places)}: at a slip of "
+        f"{100 * own.slip:.1f} % its lines hold {own.share:.0%} of what stands out. Their sizes are not those that the "
+        "model makes.",
+    )
+
+
+def envelopes_of(recordings: Sequence[Recording], speeds_rpm: Sequence[float]) -> tuple[Spectrum, ...]:
+    """Return what stands out of the envelopes of recordings, those without an acceleration left out."""
+    every = [_spectrum(one, speed / 60) for one, speed in zip(recordings, speeds_rpm, strict=True)]
+    return tuple(one for one in every if one is not None)
+
+
+def rhythm(effect: Effect, machine: Machine, spectra: Sequence[Spectrum]) -> Rhythm:
+    """Return which share of what stands out of envelopes an effect's lines hold, at the slip that fits all best."""
+    places = _places(effect, machine)
+    if places is None or not spectra:
+        return Rhythm(0.0, 0.0)
+    shares = np.mean([[_held(one, row) for row in places] for one in spectra], axis=0)
+    best = int(np.argmax(shares))
+    return Rhythm(float(shares[best]), float(SLIPS[best]))
+
+
+def _places(effect: Effect, machine: Machine) -> np.ndarray | None:
+    """Return the orders of an effect's strongest lines at each slip, shape (slips, lines)."""
+    try:
+        rows = [
+            np.array([abs(line.order) for line in effect.with_values(slip=slip).signature(machine)[:LINES]])
+            for slip in (0.0, 0.02)
+        ]
+    except RotorwiseError:
+        return None
+    count = min(row.size for row in rows)
+    if not count:
+        return None
+    first, second = (row[:count] for row in rows)
+    return first + np.outer(SLIPS / 0.02, second - first)
+
+
+def _held(spectrum: Spectrum, places: np.ndarray) -> float:
+    """Return the share of the power that stands out that lies near the places."""
+    if not spectrum.orders.size:
+        return 0.0
+    away = np.abs(spectrum.orders[:, None] - places[None, :])
+    near = (away <= np.maximum(NARROW * places, NARROW_BINS * spectrum.resolution)).any(axis=1)
+    return float(spectrum.power[near].sum() / spectrum.power.sum())
+
+
+def _spectrum(recording: Recording, speed_hz: float) -> Spectrum | None:
+    """Return what stands out of the envelope of all channels together; None without any envelope."""
+    from scipy.ndimage import median_filter
+
+    rows = [i for i, one in enumerate(recording.channels) if one.quantity == "acceleration"]
+    if not rows:
+        return None
+    magnitude = high_envelope(recording.signals[rows], rate_hz=recording.rate_hz, speed_hz=speed_hz)
+    power = line_power(magnitude - magnitude.mean(axis=1, keepdims=True))
+    resolution = recording.rate_hz / recording.samples / speed_hz
+    kept = min(power.shape[1], int(HIGHEST_ORDER / resolution))
+    width = 2 * int(FLOOR_ORDERS / resolution) + 1
+    if kept < width:
+        return None
+    floor = MEAN_OVER_MEDIAN * median_filter(power[:, :kept], size=(1, width), mode="nearest")
+    ratio = (power[:, :kept] / np.maximum(floor, 1e-300)).sum(axis=0) / len(rows)
+    orders = np.arange(kept) * resolution
+    chosen = (ratio > STANDS_OUT) & (np.abs(orders - np.rint(orders)) > SHAFT_BINS * resolution)
+    return Spectrum(orders[chosen], ratio[chosen], resolution)

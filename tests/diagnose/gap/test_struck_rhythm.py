@@ -1,0 +1,74 @@
+"""Which race is struck is told by the places of the envelope's lines, whatever the slip, sizes or angle of thrust."""
+
+import math
+
+import numpy as np
+import pytest
+from rotorwise.datasets.recording import Channel, OperatingCondition, Provenance, Recording
+from rotorwise.diagnose.gap.struck_rhythm import envelopes_of, heard_beside, not_heard, rhythm
+from rotorwise.simulators import test_rig
+from rotorwise.simulators.effects.ball_defect import BallDefect
+from rotorwise.simulators.effects.inner_race_defect import InnerRaceDefect
+from rotorwise.simulators.effects.outer_race_defect import OuterRaceDefect
+
+RATE_HZ, SECONDS = 10_000.0, 4.0
+#: MaFaulDa's bearing: 8 balls, so that the races are passed nearly three and five times a turn.
+BALLS, RATIO = 8, 0.7145 / 2.8519
+RACES = (OuterRaceDefect(at="bearing_a"), InnerRaceDefect(at="bearing_a"), BallDefect(at="bearing_a"))
+
+
+def struck(speed_rpm: float, *, inner: bool, slip: float, seed: int) -> Recording:
+    """Return impacts of a race in noise, each a ring of 2.8 kHz; the inner race turns in its load."""
+    generator = np.random.default_rng(seed)
+    turns = speed_rpm / 60 * np.arange(int(RATE_HZ * SECONDS)) / RATE_HZ
+    cage = (1 - RATIO) / 2 * (1 - slip)
+    order = BALLS * (1 - cage if inner else cage)
+    instants = np.interp((np.arange(int(order * turns[-1])) + 0.3) / order, turns, np.arange(turns.size))
+    size = 1.0 + (0.8 * np.cos(2 * math.pi * turns[instants.astype(int)]) if inner else 0.0)
+    pulses = np.zeros(turns.size)
+    np.add.at(pulses, instants.astype(int), size)
+    time = np.arange(200) / RATE_HZ
+    ring = np.exp(-600 * time) * np.sin(2 * math.pi * 2800 * time)
+    signal = np.convolve(pulses, ring)[: turns.size] + 0.3 * generator.normal(size=turns.size)
+    channel = Channel(name="housing_a_y", quantity="acceleration")
+    return Recording(
+        signals=signal[None],
+        rate_hz=RATE_HZ,
+        channels=(channel,),
+        condition=OperatingCondition(speed_rpm=speed_rpm),
+        provenance=Provenance(),
+    )
+
+
+SPEEDS_RPM = (1260.0, 1840.0, 2500.0)
+
+
+@pytest.mark.parametrize("inner", [True, False])
+@pytest.mark.parametrize("slip", [-0.02, 0.0075, 0.02])
+def test_the_race_that_is_struck_excludes_the_others(inner: bool, slip: float) -> None:
+    made = [struck(speed, inner=inner, slip=slip, seed=k) for k, speed in enumerate(SPEEDS_RPM)]
+    envelopes = envelopes_of(made, SPEEDS_RPM)
+    true, other = (RACES[1], RACES[0]) if inner else (RACES[0], RACES[1])
+    found = rhythm(true, test_rig, envelopes)
+    assert found.slip == pytest.approx(slip, abs=2e-3)
+    gone = not_heard(RACES, test_rig, envelopes)
+    assert other in gone
+    assert true not in gone
+    (said,) = heard_beside(RACES, test_rig, envelopes, ("unknown",))
+    assert true.NAME.replace("_", " ") in said
+    assert heard_beside(RACES, test_rig, envelopes, (true.NAME, "unbalance")) == ()
+
+
+def test_noise_and_no_acceleration_exclude_nothing() -> None:
+    generator = np.random.default_rng(1)
+    one = struck(1500.0, inner=True, slip=0.01, seed=0)
+    noise = Recording(
+        signals=generator.normal(size=one.signals.shape),
+        rate_hz=RATE_HZ,
+        channels=one.channels,
+        condition=one.condition,
+        provenance=one.provenance,
+    )
+    assert not_heard(RACES, test_rig, envelopes_of([noise], [1500.0])) == frozenset()
+    assert not_heard(RACES, test_rig, ()) == frozenset()
+    assert heard_beside(RACES, test_rig, (), ()) == ()
