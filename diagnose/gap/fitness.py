@@ -10,11 +10,13 @@ from ...simulators.errors import RotorwiseError
 from ..observe import observe
 from ..result import SpeedEstimate
 from ..signal.checks import UNUSABLE, check_channel, repair
-from ..signal.speed import speed_from_tacho
+from ..signal.speed import NEAR_HINT, speed_from_tacho
 from .channels import Matched
 
 #: Below this confidence a speed that the vibration shows may as well be another line.
 TRUSTED_SPEED = 0.8
+#: The same near a speed that somebody states: few other lines lie there.
+TRUSTED_NEAR_HINT = 0.7
 #: Change of speed within a record beyond which its lines are averages over different motions.
 STEADY = 0.05
 #: Defects below this severity are no news; what lies at the end of the band does not touch the orders compared.
@@ -74,7 +76,7 @@ def _speed(recording: Recording, kept: dict[int, str], name: str) -> SpeedEstima
         speed = observe(recording.select(list(kept))).speed
     except RotorwiseError as problem:
         raise UnfitRecordingError(f"{name}: {problem}") from None
-    if speed is None or speed.confidence < TRUSTED_SPEED:
+    if speed is None or speed.confidence < (TRUSTED_NEAR_HINT if speed.method == NEAR_HINT else TRUSTED_SPEED):
         guess = f" ({speed.speed_rpm:.0f} rpm with {speed.confidence:.0%} confidence)" if speed else ""
         stated = recording.condition.speed_rpm
         if stated:

@@ -82,7 +82,7 @@ def _row(line: ResidualLine, result: GapResult, unit: str, name: str) -> tuple[s
         line.probe,
         str(result.measured.conditions[line.condition]),
         amplitude_words(abs(line.measured), unit),
-        amplitude_words(abs(line.simulated), unit),
+        amplitude_words(abs(line.simulated), unit, beside=abs(line.measured)),
         f"{line.sigma:.3g}",
     )
 

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 NOTABLE_SIGMA = 4.0
 #: An amplitude that differs by less than this factor is right; what is wrong then is the phase.
 ALIKE = 1.2
+#: Of an amplitude beside another one: less is what numbers leave.
+ROUNDING = 1e-9
 #: Orders and conditions that a sentence names.
 MOST_NAMED = 4
 _NO_LINE = "No line by itself differs from the model"
@@ -309,14 +311,18 @@ def _unit_of(estimate: Estimate) -> tuple[float, str]:
     return readable_unit(estimate.unit, largest=max(map(abs, (estimate.value, estimate.low, estimate.high))))
 
 
-def amplitude_words(value: float, unit: str) -> str:
-    """Return an amplitude in a readable unit.
+def amplitude_words(value: float, unit: str, *, beside: float = 0.0) -> str:
+    """Return an amplitude in a readable unit; "0" where it is only rounding beside another one.
 
     Examples
     --------
     >>> amplitude_words(1.25e-5, "m")
     '12.5 um'
+    >>> amplitude_words(1.25e-19, "m", beside=1e-6)
+    '0'
     """
+    if value < ROUNDING * beside:
+        return "0"
     factor, name = readable_unit(unit, largest=abs(value))
     return f"{factor * value:.3g} {name}".rstrip()
 

@@ -184,7 +184,7 @@ def _residual_row(line: ResidualLine, result: GapResult, unit: str, name: str) -
     return (
         f'<tr><th scope="row" data-v="{line.order:.9g}">{escape(name)}</th>'
         f'<td>{escape(line.probe)}</td><td data-v="{condition.speed_rpm:.9g}">{escape(condition)}</td>'
-        + "".join(cell(printed(amplitude_words(size, unit)), size) for size in sizes)
+        + "".join(cell(printed(amplitude_words(size, unit, beside=sizes[0])), size) for size in sizes)
         + cell(fixed(line.sigma, 1) if line.sigma < 100 else number(line.sigma), line.sigma)
         + "</tr>"
     )

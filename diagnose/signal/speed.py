@@ -20,6 +20,7 @@ from .tacho import pulse_times, regular_share, repaired_pulses
 
 #: Chance that the n-th harmonic of a turning shaft shows above the noise, n = 1, 2, ...
 HARMONIC_SHOWS = np.array([0.9, 0.8, 0.7, 0.6, 0.5, 0.45, 0.4, 0.35, 0.3, 0.3, 0.25, 0.25, 0.2, 0.2, 0.2])
+NEAR_HINT = "vibration near the hint"  # how a speed was found
 _HINT_SPREAD = 0.035  # standard deviation of true over nominal speed; real files are off by up to 7 %
 _CLEARLY_WORSE = 8.0  # log Bayes factor
 _SHOWN = 0.7  # log Bayes factor of an order with a line
@@ -29,10 +30,8 @@ _FEW = 0.2  # chance of harmonics beside 1X where a machine shows few, as a shar
 _HUM_TRUST = 0.3  # in a speed that only lines of the supply show
 _FASTEST_USUAL_HZ = 61.0  # a two-pole motor on a 60 Hz supply
 _BEARING_SLIP = 0.016  # rolling elements slip 1-2 % against pure rolling
-_TYPICAL_SPEED_HZ, _SPEED_SPREAD = (
-    27.0,
-    0.6,
-)  # log-normal prior without a hint: most machines turn at 500-5000 rpm
+# Log-normal prior without a hint: most machines turn at 500-5000 rpm.
+_TYPICAL_SPEED_HZ, _SPEED_SPREAD = 27.0, 0.6
 
 
 def speed_from_tacho(
@@ -186,7 +185,7 @@ def speed_from_vibration(
         if near_best is not None:
             return replace(near_best, method="vibration", confidence=min(confidence, near_best.confidence))
     speed, interval = refine_speed(channels, best, orders=orders, shows=shows, resolution_hz=resolution)
-    method = "vibration" if hint_hz is None else "vibration near the hint"
+    method = "vibration" if hint_hz is None else NEAR_HINT
     return SpeedEstimate(speed, speed - interval, speed + interval, confidence, method)
 
 
