@@ -48,7 +48,7 @@ RAYLEIGH_MEDIAN, NORMAL_MEDIAN, SECOND_DIFFERENCE = 1.1774, 0.6745, math.sqrt(1.
 #: The runs with this weight say what a gram does; runs within about this speed count for each other.
 TRIAL_G, NEAR_HZ = 10.0, 0.8
 MASSES_G = (6, 10, 15, 20, 25, 30, 35)
-#: Fractions of the lightest weight's lines, put on the normal runs.
+#: Fractions of what the lightest weight changes of 1X, put on the normal runs.
 FRACTIONS = (0.05, 0.1, 0.2, 0.35, 0.5, 0.7)
 MISALIGNED = {
     "horizontal-misalignment": (0.5, 1.0, 1.5, 2.0),
@@ -105,20 +105,15 @@ def case(name: str) -> tuple[OrderLines, OrderLines]:
     if name == "normal":
         return as_lines(normal[1 :: 2 * EVERY_HEALTHY]), healthy
     if " of " in name:
-        share, lightest = float(name.split()[0]), runs("imbalance", float(MASSES_G[0]))[::EVERY_FAULT]
-        beside = [_nearest(row, normal[1::EVERY_HEALTHY]) for row in lightest]
-        own, with_weight = amplitudes(tuple(beside)), amplitudes(lightest)
-        mixed = own + share * (with_weight - own)
-        mixed[:, :, 1:] = np.abs(mixed[:, :, 1:])
-        return as_lines(lightest, mixed), healthy
+        share, rows = float(name.split()[0]), normal[1 :: 2 * EVERY_HEALTHY]
+        speeds, lightest = change(float(MASSES_G[0]))
+        mixed = amplitudes(rows)
+        mixed[:, :, 0] += share * np.array([near(speeds, lightest, float(row["rotacao_calc"])) for row in rows])
+        return as_lines(rows, mixed), healthy
     if name.endswith(" g"):
         return as_lines(runs("imbalance", float(name[:-2]))[::EVERY_FAULT]), healthy
     kind, severity = name.split()
     return as_lines(runs(kind, float(severity))[::EVERY_FAULT]), healthy
-
-
-def _nearest(row: dict[str, str], others: tuple[dict[str, str], ...]) -> dict[str, str]:
-    return min(others, key=lambda other: abs(float(other["rotacao_calc"]) - float(row["rotacao_calc"])))
 
 
 def names() -> list[str]:
@@ -179,7 +174,7 @@ def first_order(lines: OrderLines) -> OrderLines:
 
 
 def picture(nothing: dict[str, float]) -> str:
-    """Return the probability of "nothing" against the mass as SVG; circles are fractions of the lightest weight."""
+    """Return the probability of "nothing" against the mass, SVG; fractions of the lightest weight are open circles."""
     width, height, left, top = 560, 300, 60, 30
     across, down = width - left - 20, height - top - 60
     parts = [f'<text x="{left}" y="18">Probability of "nothing wrong" against the mass on the disc</text>']
@@ -196,9 +191,8 @@ def picture(nothing: dict[str, float]) -> str:
         parts.append(
             f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" stroke="#036" fill="{"#fff" if " of " in name else "#036"}"/>'
         )
-    parts.append(
-        f'<text x="{left}" y="{height - 12}">filled: measured; open: fractions of the 6 g lines on normal runs</text>'
-    )
+    words = "filled: measured; open: fractions of what 6 g change, on normal runs"
+    parts.append(f'<text x="{left}" y="{height - 12}">{words}</text>')
     head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" font-family="sans-serif"'
     return f'{head} font-size="12"><rect width="100%" height="100%" fill="#fff"/>{"".join(parts)}</svg>\n'
 
