@@ -25,10 +25,10 @@ SLIPS = np.arange(-0.025, 0.0351, 0.0005)
 LINES = 12
 #: Half width of a line as a share of its order, and in lines of the spectrum.
 NARROW, NARROW_BINS = 0.002, 1.5
-#: Half width, in orders, of what the floor is the median of; highest order that is looked at.
-FLOOR_ORDERS, HIGHEST_ORDER = 1.0, 25.0
-#: Power over the floor from which on something stands out, far above what noise does anywhere.
-STANDS_OUT = 20.0
+#: Width, in orders, of what the floor is the median of; highest order that is looked at.
+FLOOR_ORDERS, HIGHEST_ORDER = 2.0, 25.0
+#: Power over the floor from which on something stands out, far above what noise does anywhere; so many lines at most.
+STANDS_OUT, MOST_LINES = 20.0, 500
 #: Whole orders are the shaft's: so near to one nothing counts, in lines of the spectrum.
 SHAFT_BINS = 2.5
 #: An effect that makes this share of what stands out excludes those of the same part that make less than a part of it.
@@ -131,8 +131,6 @@ def _held(spectrum: Spectrum, places: np.ndarray) -> float:
 
 def _spectrum(recording: Recording, speed_hz: float) -> Spectrum | None:
     """Return what stands out of the envelope of all channels together; None without any envelope."""
-    from scipy.ndimage import median_filter
-
     rows = [i for i, one in enumerate(recording.channels) if one.quantity == "acceleration"]
     if not rows:
         return None
@@ -140,11 +138,13 @@ def _spectrum(recording: Recording, speed_hz: float) -> Spectrum | None:
     power = line_power(magnitude - magnitude.mean(axis=1, keepdims=True))
     resolution = recording.rate_hz / recording.samples / speed_hz
     kept = min(power.shape[1], int(HIGHEST_ORDER / resolution))
-    width = 2 * int(FLOOR_ORDERS / resolution) + 1
-    if kept < width:
+    pieces = int(kept * resolution / FLOOR_ORDERS)
+    if not pieces:
         return None
-    floor = MEAN_OVER_MEDIAN * median_filter(power[:, :kept], size=(1, width), mode="nearest")
-    ratio = (power[:, :kept] / np.maximum(floor, 1e-300)).sum(axis=0) / len(rows)
+    parts = np.array_split(power[:, :kept], pieces, axis=1)
+    floors = [np.maximum(MEAN_OVER_MEDIAN * np.median(one, axis=1, keepdims=True), 1e-300) for one in parts]
+    ratio = np.concatenate([one / floor for one, floor in zip(parts, floors, strict=True)], axis=1).mean(axis=0)
     orders = np.arange(kept) * resolution
-    chosen = (ratio > STANDS_OUT) & (np.abs(orders - np.rint(orders)) > SHAFT_BINS * resolution)
+    chosen = np.flatnonzero((ratio > STANDS_OUT) & (np.abs(orders - np.rint(orders)) > SHAFT_BINS * resolution))
+    chosen = np.sort(chosen[np.argsort(ratio[chosen])[-MOST_LINES:]])
     return Spectrum(orders[chosen], ratio[chosen], resolution)

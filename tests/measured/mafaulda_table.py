@@ -49,7 +49,9 @@ RAYLEIGH_MEDIAN, NORMAL_MEDIAN, SECOND_DIFFERENCE = 1.1774, 0.6745, math.sqrt(1.
 TRIAL_G, NEAR_HZ = 10.0, 0.8
 MASSES_G = (6, 10, 15, 20, 25, 30, 35)
 #: Fractions of what the lightest weight changes of 1X, put on the normal runs.
-FRACTIONS = (0.05, 0.1, 0.2, 0.35, 0.5, 0.7)
+#: The picture begins at this mass.
+LIGHTEST_G = 0.03
+FRACTIONS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
 MISALIGNED = {
     "horizontal-misalignment": (0.5, 1.0, 1.5, 2.0),
     "vertical-misalignment": (0.51, 0.63, 1.27, 1.4, 1.78, 1.9),
@@ -198,7 +200,7 @@ def picture(nothing: dict[str, float]) -> str:
 
 
 def _place(mass_g: float) -> float:
-    return math.log(mass_g / 0.1) / math.log(50 / 0.1)
+    return math.log(mass_g / LIGHTEST_G) / math.log(50 / LIGHTEST_G)
 
 
 def main() -> None:
