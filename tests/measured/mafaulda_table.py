@@ -48,9 +48,9 @@ RAYLEIGH_MEDIAN, NORMAL_MEDIAN, SECOND_DIFFERENCE = 1.1774, 0.6745, math.sqrt(1.
 #: The runs with this weight say what a gram does; runs within about this speed count for each other.
 TRIAL_G, NEAR_HZ = 10.0, 0.8
 MASSES_G = (6, 10, 15, 20, 25, 30, 35)
-#: Fractions of what the lightest weight changes of 1X, put on the normal runs.
 #: The picture begins at this mass.
 LIGHTEST_G = 0.03
+#: Fractions of what the lightest weight changes of 1X, put on the normal runs.
 FRACTIONS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
 MISALIGNED = {
     "horizontal-misalignment": (0.5, 1.0, 1.5, 2.0),
