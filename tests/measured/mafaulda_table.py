@@ -35,8 +35,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from cases import DATA
 
 TABLE = DATA / "02_mafaulda_order_table" / "data.csv"
-#: Columns of the sensor between motor and rotor, and the probes that stand for them. The other sensor's radial channel
-#: shows a fiftieth of that and its axial one less at 60 Hz than at 12: neither follows any of the weights.
+#: Columns of the sensor between motor and rotor, and the probes that stand for them. Its axial channel and the other
+#: sensor are left out: of the one the rig makes little, of the other the radial channel shows hardly anything.
 PROBES = {"rad1": "housing_a_y", "tg1": "housing_a_x"}
 ORDERS = {1.0: LineKind(), 2.0: LineKind(phase=False), 3.0: LineKind(phase=False)}
 RATE_HZ, DURATION_S = 50_000.0, 5.0
