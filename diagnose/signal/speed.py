@@ -7,19 +7,26 @@ confidence, so that half or twice the speed, and a bearing's own comb, compete o
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...simulators.errors import InvalidValueError
 from ..result import SpeedEstimate
 from .spectrum import PlainSpectrum, plain_spectrum
+from .speed_comb import (
+    HARMONIC_SHOWS,
+    best_of_clusters,
+    candidate_speeds,
+    comb_gains,
+    comb_scores,
+    order_gains,
+    refine_speed,
+)
 from .speed_peaks import Peaks, find_peaks
 from .supply_lines import SUPPLY_TOLERANCE, follows_supply, of_supply, without_supply
 from .tacho import pulse_times, regular_share, repaired_pulses
 
-#: Chance that the n-th harmonic of a turning shaft shows above the noise, n = 1, 2, ...
-HARMONIC_SHOWS = np.array([0.9, 0.8, 0.7, 0.6, 0.5, 0.45, 0.4, 0.35, 0.3, 0.3, 0.25, 0.25, 0.2, 0.2, 0.2])
 NEAR_HINT = "vibration near the hint"  # how a speed was found
 _HINT_SPREAD = 0.035  # standard deviation of true over nominal speed; real files are off by up to 7 %
 _CLEARLY_WORSE = 8.0  # log Bayes factor
@@ -128,7 +135,6 @@ def speed_from_vibration(
     bearing_orders : tuple of float
         Ball-pass orders. A damaged bearing has a comb of its own, often stronger than the shaft's; a shaft speed that
         puts it at one of these orders, within the usual slip, explains that comb too.
-
     plain : PlainSpectrum or None
         What `plain_spectrum` gives for these signals, where it is known already.
 
@@ -155,21 +161,20 @@ def speed_from_vibration(
         return None
     orders = np.concatenate([np.arange(1.0, HARMONIC_SHOWS.size + 1), known_orders])
     shows = np.concatenate([HARMONIC_SHOWS, np.full(len(known_orders), 0.8)])
-    ends = lowest_hz, highest_hz
-    channels, looked, trust = _beside_hum(channels, ends, hint_hz, bearing_orders, orders, shows)
-    if looked is None:
+    found = _beside_hum(channels, _Sought((lowest_hz, highest_hz), hint_hz, bearing_orders, orders, shows))
+    if found is None:
         return None
-    candidates, prior, scores, best = looked
+    channels, candidates, scores, best = found.channels, found.candidates_hz, found.scores, found.best_hz
     width = max(0.003 * best, resolution)
     if hint_hz is not None and bearing_orders:
         # Which of the neighbouring speeds it is, lines that a bearing shares with the shaft cannot tell. Without them
         # the choice may change, as long as the whole comb does not speak clearly against it.
         unshared = np.where(_shared_with_bearing(orders, bearing_orders), 0.0, shows)
-        other_scores = prior + comb_scores(channels, candidates, orders=orders, shows=unshared)
+        other_scores = found.prior + comb_scores(channels, candidates, orders=orders, shows=unshared)
         other = float(candidates[int(np.argmax(other_scores))])
         if scores[np.abs(candidates - other) < width].max() > scores.max() - _CLEARLY_WORSE:
             best, shows = other, unshared
-    confidence = _confidence(candidates, scores, best, width, resolution) * trust
+    confidence = _confidence(candidates, scores, best, width, resolution) * found.trust
     if hint_hz is None:
         confidence *= _trust_without_hint(channels, best, orders, shows)
     if hint_hz is None and bearing_orders:
@@ -189,59 +194,64 @@ def speed_from_vibration(
     return SpeedEstimate(speed, speed - interval, speed + interval, confidence, method)
 
 
-_Looked = tuple[np.ndarray, np.ndarray, np.ndarray, float]
+@dataclass(frozen=True, eq=False)
+class _Sought:
+    """What is looked for: a comb of orders, each with the chance that it shows, at a speed of a range."""
+
+    range_hz: tuple[float, float]
+    hint_hz: float | None
+    bearing_orders: tuple[float, ...]
+    orders: np.ndarray
+    shows: np.ndarray
+
+    def found(self, channels: list[Peaks]) -> _Found | None:
+        """Return what lines say of the speed; None where no line lets one be a candidate."""
+        candidates = candidate_speeds(channels, *self.range_hz)
+        if not candidates.size:
+            return None
+        prior = _log_prior(candidates, self.hint_hz) + _bearing_gains(channels, candidates, self.bearing_orders)
+        comb = comb_scores(channels, candidates, orders=self.orders, shows=self.shows)
+        if self.hint_hz is not None:
+            # A sound machine may show little but 1X; near a hint few other things make such a line.
+            few = np.where(self.orders == 1.0, self.shows, _FEW * self.shows)
+            comb = np.logaddexp(comb, comb_scores(channels, candidates, orders=self.orders, shows=few)) - np.log(2.0)
+        return _Found(channels, candidates, prior, prior + comb)
+
+    def is_hum(self, found: _Found) -> bool:
+        """Return whether all lines that the best speed explains are the supply's, and no hint says that it turns so."""
+        speed_hz, hint_hz = found.best_hz, self.hint_hz
+        if not follows_supply(speed_hz) or (hint_hz is not None and abs(speed_hz / hint_hz - 1) < _SAID):
+            return False
+        speeds = np.array([speed_hz])
+        gains = np.max([order_gains(one, speeds, self.orders, self.shows)[0] for one in found.channels], axis=0)
+        return not (gains[~of_supply(self.orders * speed_hz, SUPPLY_TOLERANCE * speed_hz)] > _CLEAR).any()
 
 
-def _beside_hum(
-    channels: list[Peaks],
-    range_hz: tuple[float, float],
-    hint_hz: float | None,
-    bearing_orders: tuple[float, ...],
-    orders: np.ndarray,
-    shows: np.ndarray,
-) -> tuple[list[Peaks], _Looked | None, float]:
-    """Return the lines, what they say as of `_looked_for`, and how far that is trusted.
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """Candidate speeds with their prior and their scores, by the lines of some channels; how far they are trusted."""
+
+    channels: list[Peaks]
+    candidates_hz: np.ndarray
+    prior: np.ndarray
+    scores: np.ndarray
+    trust: float = 1.0
+
+    @property
+    def best_hz(self) -> float:
+        return float(self.candidates_hz[int(np.argmax(self.scores))])
+
+
+def _beside_hum(channels: list[Peaks], sought: _Sought) -> _Found | None:
+    """Return what the lines say of the speed.
 
     Where all lines that the best speed explains are the supply's, the others are asked, if any of them may be a shaft.
     """
-    looked = _looked_for(channels, range_hz, hint_hz, bearing_orders, orders, shows)
-    if looked is None or not _is_hum(channels, looked[3], hint_hz, orders, shows):
-        return channels, looked, 1.0
+    found = sought.found(channels)
+    if found is None or not sought.is_hum(found):
+        return found
     beside = [one for one in map(without_supply, channels) if one.frequency_hz.size]
-    again = _looked_for(beside, range_hz, hint_hz, bearing_orders, orders, shows) if beside else None
-    return (channels, looked, _HUM_TRUST) if again is None else (beside, again, 1.0)
-
-
-def _looked_for(
-    channels: list[Peaks],
-    range_hz: tuple[float, float],
-    hint_hz: float | None,
-    bearing_orders: tuple[float, ...],
-    orders: np.ndarray,
-    shows: np.ndarray,
-) -> _Looked | None:
-    """Return candidate speeds, their prior, their scores, and the best; None where no line lets one be a candidate."""
-    candidates = candidate_speeds(channels, *range_hz)
-    if not candidates.size:
-        return None
-    prior = _log_prior(candidates, hint_hz) + _bearing_gains(channels, candidates, bearing_orders)
-    comb = comb_scores(channels, candidates, orders=orders, shows=shows)
-    if hint_hz is not None:
-        # A sound machine may show little but 1X; near a hint few other things make such a line.
-        few = np.where(orders == 1.0, shows, _FEW * shows)
-        comb = np.logaddexp(comb, comb_scores(channels, candidates, orders=orders, shows=few)) - np.log(2.0)
-    scores = prior + comb
-    return candidates, prior, scores, float(candidates[int(np.argmax(scores))])
-
-
-def _is_hum(
-    channels: list[Peaks], speed_hz: float, hint_hz: float | None, orders: np.ndarray, shows: np.ndarray
-) -> bool:
-    """Return whether all lines that a speed explains are the supply's, and nobody has said that it turns so."""
-    if not follows_supply(speed_hz) or (hint_hz is not None and abs(speed_hz / hint_hz - 1) < _SAID):
-        return False
-    gains = np.max([order_gains(peaks, np.array([speed_hz]), orders, shows)[0] for peaks in channels], axis=0)
-    return not (gains[~of_supply(orders * speed_hz, SUPPLY_TOLERANCE * speed_hz)] > _CLEAR).any()
+    return (sought.found(beside) if beside else None) or replace(found, trust=_HUM_TRUST)
 
 
 def _log_prior(candidates_hz: np.ndarray, hint_hz: float | None) -> np.ndarray:
@@ -277,17 +287,6 @@ def _confidence(
     return 1.0 / (1.0 + against)
 
 
-def candidate_speeds(channels: list[Peaks], lowest_hz: float, highest_hz: float) -> np.ndarray:
-    """Return the speeds worth scoring: every low line, divided by 1 to 4; shape (candidates,), sorted."""
-    found: list[np.ndarray] = []
-    for peaks in channels:
-        strongest = np.argsort(peaks.power_ratio)[::-1]
-        for divisor in (1, 2, 3, 4):
-            speeds = peaks.frequency_hz[strongest] / divisor
-            found.append(speeds[(speeds >= lowest_hz) & (speeds <= highest_hz)][:80])
-    return np.unique(np.concatenate(found))
-
-
 def _bearing_gains(channels: list[Peaks], speeds_hz: np.ndarray, bearing_orders: tuple[float, ...]) -> np.ndarray:
     """Return what each speed gains by explaining a comb at a ball-pass order, shape (speeds,), at least 0."""
     harmonics = np.arange(1.0, HARMONIC_SHOWS.size + 1)
@@ -312,88 +311,3 @@ def _shared_with_bearing(orders: np.ndarray, bearing_orders: tuple[float, ...]) 
             multiple = np.maximum(np.rint((orders - sideband) / bearing_order), 1.0)
             shared |= np.abs(multiple * bearing_order + sideband - orders) < 1.5 * _BEARING_SLIP * orders
     return shared & (orders > 2)
-
-
-def best_of_clusters(candidates: np.ndarray, posterior: np.ndarray, width_hz: float) -> np.ndarray:
-    """Return the best posterior of every group of candidates closer than a width."""
-    if not candidates.size:
-        return np.empty(0)
-    starts = np.flatnonzero(np.concatenate([[True], np.diff(candidates) > width_hz]))
-    return np.maximum.reduceat(posterior, starts)
-
-
-def comb_scores(channels: list[Peaks], speeds_hz: np.ndarray, *, orders: np.ndarray, shows: np.ndarray) -> np.ndarray:
-    """Return the log Bayes factor of a comb at each speed against lines placed by chance, shape (speeds,).
-
-    Each order adds ln(1 - q + q B), q being the chance that it shows and B the density of the nearest line's
-    position under the comb over its density under chance (one over the mean spacing of lines as strong nearby).
-    A missing likely line counts against the speed, which is what tells a speed from its half. Per order the best
-    channel counts, less the price of choosing it. Lines below a speed count against it: a shaft has few, while
-    below the comb of a bearing there is the whole shaft.
-    """
-    below = np.max([lines_below(peaks, speeds_hz) for peaks in channels], axis=0)
-    return comb_gains(channels, speeds_hz, orders=orders, shows=shows) - below
-
-
-def comb_gains(channels: list[Peaks], speeds_hz: np.ndarray, *, orders: np.ndarray, shows: np.ndarray) -> np.ndarray:
-    """Return `comb_scores` without what lines below a speed say against it, shape (speeds,)."""
-    gains = np.max([order_gains(peaks, speeds_hz, orders, shows) for peaks in channels], axis=0)
-    gains -= np.log(len(channels)) * (gains > 0)
-    inside = orders[None, :] * speeds_hz[:, None] < channels[0].span_hz
-    return np.where(inside, gains, 0.0).sum(axis=1)
-
-
-def lines_below(peaks: Peaks, speeds_hz: np.ndarray) -> np.ndarray:
-    """Return how many strong lines lie below 0.7 of each speed, at most 8, shape (speeds,)."""
-    strong = np.concatenate([[0], np.cumsum(peaks.power_ratio > 40)])
-    return np.minimum(strong[np.searchsorted(peaks.frequency_hz, 0.7 * speeds_hz)], 8.0)
-
-
-def order_gains(peaks: Peaks, speeds_hz: np.ndarray, orders: np.ndarray, shows: np.ndarray) -> np.ndarray:
-    """Return what each order of each speed gains by the line nearest to it, shape (speeds, orders)."""
-    return place_gains(peaks, orders[None, :] * speeds_hz[:, None], speeds_hz, shows)
-
-
-def place_gains(peaks: Peaks, wanted: np.ndarray, speeds_hz: np.ndarray, shows: np.ndarray) -> np.ndarray:
-    """Return what frequencies that belong to speeds gain by the lines nearest to them, shape (speeds, places).
-
-    Parameters
-    ----------
-    peaks : Peaks
-    wanted : numpy.ndarray, shape (speeds, places)
-    speeds_hz : numpy.ndarray, shape (speeds,)
-        Lines within half a speed of a place say how densely lines lie there by chance.
-    shows : numpy.ndarray, shape (places,)
-        Chance that each shows above the noise.
-    """
-    right = np.minimum(np.searchsorted(peaks.frequency_hz, wanted), peaks.frequency_hz.size - 1)
-    left = np.maximum(right - 1, 0)
-    to_left, to_right = np.abs(peaks.frequency_hz[left] - wanted), np.abs(peaks.frequency_hz[right] - wanted)
-    nearer = np.where(to_left < to_right, left, right)
-    deviation = np.sqrt(peaks.deviation_hz[nearer] ** 2 + (2e-4 * wanted) ** 2)
-    distance = np.minimum(to_left, to_right) / deviation
-    # Lines come in crowds; the spacing that chance would give is the local one.
-    width = 0.5 * speeds_hz[:, None]
-    count = np.searchsorted(peaks.frequency_hz, wanted + width) - np.searchsorted(peaks.frequency_hz, wanted - width)
-    spacing = 2 * width / np.maximum(count, 1)
-    # Neighbouring lines and a wandering speed pull some peaks: one in seven is taken five times less certain.
-    density = 0.85 * np.exp(-0.5 * distance**2) + 0.15 / 5 * np.exp(-0.5 * (distance / 5) ** 2)
-    bayes = spacing / (np.sqrt(2 * np.pi) * deviation) * density
-    return np.log(1.0 - shows + shows * bayes)
-
-
-def refine_speed(
-    channels: list[Peaks], speed_hz: float, *, orders: np.ndarray, shows: np.ndarray, resolution_hz: float
-) -> tuple[float, float]:
-    """Return the best speed within one bin of a candidate, and a half interval of about 95 %.
-
-    The comb score is itself the log likelihood; twice the standard deviation under it is the half interval.
-    """
-    grid = speed_hz + resolution_hz * np.linspace(-1.0, 1.0, 401)
-    scores = comb_scores(channels, grid, orders=orders, shows=shows)
-    inside = np.abs(grid - grid[int(np.argmax(scores))]) < 0.5 * resolution_hz
-    weight = np.where(inside, np.exp(scores - scores.max()), 0.0)
-    weight /= weight.sum()
-    mean = float((weight * grid).sum())
-    spread = float(np.sqrt((weight * (grid - mean) ** 2).sum()))
-    return mean, 2.0 * max(spread, resolution_hz / 400)

@@ -17,7 +17,7 @@ from numpy import fft
 from .envelope import envelope_from_transform
 from .order_tracking import angular_resample
 from .spectrum import Spectrum, fast_length, fast_length_within, spectrum_with_floor
-from .speed import (
+from .speed_comb import (
     HARMONIC_SHOWS,
     best_of_clusters,
     candidate_speeds,
