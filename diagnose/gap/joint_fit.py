@@ -46,7 +46,7 @@ def jointly(fit: Fit, problem: Problem, *, moves: int) -> Fit:
     except UnpredictableError:
         return fit
     if in_time:
-        compared = _before_effects(problem.around(around, fit.response), fit)
+        compared = _before_effects(problem.around(around, fit.response), fit.response)
         return replace(fit_at(fit.candidates, fit.position, fit.response, fit.slopes, compared), problem=problem)
     best, most, halved = fit, -math.inf, 0
     start, change = problem, np.zeros(baseline.position.size)
@@ -62,10 +62,11 @@ def jointly(fit: Fit, problem: Problem, *, moves: int) -> Fit:
                 around, seen = again(replace(problem.baseline, active=moving), machine, problem.predictor), here
         except UnpredictableError:
             break
-        compared = problem.around(around, fit.response)
-        found = refined(
-            fit.candidates, fit.position, _before_effects(compared, fit), problem.baseline.machine, problem.predictor
-        )
+        # What the effects add to the machine where it is now, not to that which they were fitted with.
+        added = around.lines - problem.baseline.lines
+        compared = problem.around(around, added)
+        before = _before_effects(compared, added)
+        found = refined(fit.candidates, fit.position, before, problem.baseline.machine, problem.predictor)
         if found is None:
             break
         worth = density_at_values(found, problem) if moves else 0.0
@@ -135,6 +136,6 @@ def _wide(baseline: Baseline) -> np.ndarray:
     return np.array(found, dtype=bool)
 
 
-def _before_effects(compared: Comparison, fit: Fit) -> Comparison:
+def _before_effects(compared: Comparison, response: np.ndarray) -> Comparison:
     """Return a comparison with the machine that carries the effects, their response put back to be fitted anew."""
-    return replace(compared, residual=compared.residual + compared.whitened(fit.response))
+    return replace(compared, residual=compared.residual + compared.whitened(response))

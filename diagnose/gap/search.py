@@ -250,8 +250,11 @@ def _posterior(
         winner = next((fit for fit in (*fits, none) if fit.names == top), none)
         misfit = chance_of_residual(winner)
         if misfit < MISFIT:
-            # The winner leaves more than noise: what it stands for is at best a part of the truth.
-            totals["unknown",] = max(totals["unknown",], totals[top] + math.log(MISFIT / max(misfit, 1e-300)))
+            # The winner leaves more than noise: what it stands for is at best a part of the truth. Its weight passes to
+            # whatever holds something unknown, which tells as little for an effect beside it as against one.
+            passed = totals[top] + math.log(MISFIT / max(misfit, 1e-300)) - totals["unknown",]
+            raised = max(passed, 0.0)
+            totals = {names: value + raised * ("unknown" in names) for names, value in totals.items()}
     whole = _log_sum(list(totals.values()))
     probabilities = {names: math.exp(value - whole) for names, value in totals.items()}
     ordered = dict(sorted(probabilities.items(), key=lambda item: -item[1]))
