@@ -77,6 +77,9 @@ class Effect:
     REFERENCES : tuple of str
     EMPIRICAL : bool
         It describes what was measured and explains nothing: it is never offered as a cause.
+    IDEALISED : bool
+        The form of its law is an idealisation, as that of a contact or of a crack that opens: the harmonics of a real
+        one differ from it by tens of per cent, and by how much changes with the speed.
     at : str
         Name of the part; empty for the machine's first one with the role.
     """
@@ -89,6 +92,7 @@ class Effect:
     RIVALS: ClassVar[Mapping[str, str]] = {}
     REFERENCES: ClassVar[tuple[str, ...]] = ()
     EMPIRICAL: ClassVar[bool] = False
+    IDEALISED: ClassVar[bool] = False
 
     at: str = ""
 

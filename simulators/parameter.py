@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -148,6 +149,7 @@ def parameter(
     return dataclasses.field(default=default, metadata={"parameter": declared})
 
 
+@functools.cache
 def parameters_of(owner: type) -> tuple[Parameter, ...]:
     """Return the parameters that a dataclass declares with `parameter`, in order."""
     return tuple(

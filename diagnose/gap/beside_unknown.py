@@ -79,11 +79,11 @@ def _fitted(options: Sequence[Start], problem: Problem, widened: Comparison, ord
     """Return the fit of one effect; None where it does not make the order."""
     one, machine, predictor = options[0].candidate, problem.baseline.machine, problem.predictor
     tried = climbed([one], [start.position for start in options[:1]], widened, machine, predictor, steps=FIRST_STEPS)
-    if not tried or chance_in_order(tried[0].added, widened, order, tried[0].position.size) < HOPELESS:
+    if not tried or chance_in_order(one, tried[0].added, widened, order) < HOPELESS:
         return None
     first = tried[0]
     fit = refined([one], first.position, widened, machine, predictor)
-    makes_it = fit and chance_in_order(fit.response, widened, order, fit.position.size) > MISFIT
+    makes_it = fit and chance_in_order(one, fit.response, widened, order) > MISFIT
     return fit if makes_it else None
 
 
@@ -101,14 +101,14 @@ def _contradicted(response: np.ndarray, compared: Comparison, others: frozenset[
     return False
 
 
-def chance_in_order(response: np.ndarray, compared: Comparison, order: int, unknowns: int) -> float:
+def chance_in_order(candidate: Candidate, response: np.ndarray, compared: Comparison, order: int) -> float:
     """Return the chance that noise, within the law's tolerance, leaves as much of one order as a response does."""
     from scipy.stats import chi2
 
-    law = law_columns(compared, response)
+    law = law_columns(compared, response, idealised=candidate.effect.IDEALISED)
     rows = np.concatenate([np.nonzero(part)[2] == order for part in compared.lines.parts])
     left = (compared.factor @ (compared.residual - compared.whitened(response)))[rows]
     directions = (compared.factor @ law.T)[rows]
     covariance = compared.covariance[np.ix_(rows, rows)] + directions @ directions.T
     power = float(left @ np.linalg.solve(covariance, left))
-    return float(chi2.sf(power, max(int(rows.sum()) - unknowns, 1)))
+    return float(chi2.sf(power, max(int(rows.sum()) - len(candidate.coordinates), 1)))

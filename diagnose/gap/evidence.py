@@ -5,7 +5,7 @@ they are one Gaussian vector, and what the healthy lines say is conditioned on. 
 its orders but the strongest may be wrong by a complex factor of standard deviation `LAW_TOLERANCE`, as no law holds
 exactly; the factor of the strongest is its strength, to `STRENGTH_TOLERANCE`. At each probe each order may be wrong by
 `PROBE_TOLERANCE` more, and, smoothly in speed and load, by the share by which the calibrated machine misses its own
-healthy lines.
+healthy lines. Of a law that is an idealisation, as that of a contact is, each of these is larger.
 """
 
 from __future__ import annotations
@@ -28,6 +28,8 @@ LAW_TOLERANCE, LAW_TOLERANCE_OF_SIZES = 0.15, 0.5
 #: Of the real and the imaginary part of the strongest order: a law is right to 10 %, sizes to a factor.
 STRENGTH_TOLERANCE, STRENGTH_TOLERANCE_OF_SIZES = 0.1 / math.sqrt(2), 0.5 / math.sqrt(2)
 PROBE_TOLERANCE, PROBE_TOLERANCE_OF_SIZES = 0.02, 0.3
+#: Of lines with phase where the law's form is an idealisation: of each order, at each probe, and smoothly in speed.
+IDEALISED_LAW, IDEALISED_PROBE, IDEALISED_TRANSFER = 0.3, 0.05, 0.1
 #: Of one size in one condition at one probe: a resonance on the way from the bearing to a sensor lies elsewhere in a
 #: real machine, and passes other multiples of the line at other speeds. Below this share of the noise it says nothing.
 TOLERANCE_OF_A_SIZE, LEAST_SCATTER = 0.5, 0.1
@@ -257,21 +259,24 @@ def _factored(covariance: np.ndarray) -> np.ndarray:
     )
 
 
-def _tolerances(lines: OrderLines) -> tuple[np.ndarray, np.ndarray]:
+def _tolerances(lines: OrderLines, *, idealised: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """Return the tolerance of a law at each order, and at each order at one probe, both (orders,)."""
     phase = np.array([kind.phase for kind in lines.kinds])
     return (
-        np.where(phase, LAW_TOLERANCE, LAW_TOLERANCE_OF_SIZES),
-        np.where(phase, PROBE_TOLERANCE, PROBE_TOLERANCE_OF_SIZES),
+        np.where(phase, IDEALISED_LAW if idealised else LAW_TOLERANCE, LAW_TOLERANCE_OF_SIZES),
+        np.where(phase, IDEALISED_PROBE if idealised else PROBE_TOLERANCE, PROBE_TOLERANCE_OF_SIZES),
     )
 
 
-def law_columns(compared: Comparison, response: np.ndarray) -> np.ndarray:
-    """Return the whitened directions in which a response's law may be wrong, shape (directions, reals)."""
+def law_columns(compared: Comparison, response: np.ndarray, *, idealised: bool) -> np.ndarray:
+    """Return the whitened directions in which a response's law may be wrong, shape (directions, reals).
+
+    ``idealised`` says whether the form of the effect's law is an idealisation.
+    """
     present = np.flatnonzero(np.abs(response).max(axis=(0, 1)) > 0)
     if not present.size:
         return np.zeros((0, compared.residual.size))
-    law, apart = (own[present] for own in _tolerances(compared.lines))
+    law, apart = (own[present] for own in _tolerances(compared.lines, idealised=idealised))
     whole = np.zeros((present.size, *response.shape), dtype=complex)
     single = np.zeros((present.size, response.shape[1], *response.shape), dtype=complex)
     for row, order in enumerate(present):
@@ -285,7 +290,8 @@ def law_columns(compared: Comparison, response: np.ndarray) -> np.ndarray:
     single = single.reshape(-1, *response.shape)
     probes = compared.whitened(np.concatenate([single, 1j * single]))
     scattered = compared.whitened(_scattered_sizes(compared.lines, response))
-    passed = compared.transfer.directions(response, compared.lines.conditions)
+    transfer = compared.transfer.at_least(IDEALISED_TRANSFER if idealised else 0.0)
+    passed = transfer.directions(response, compared.lines.conditions)
     wrongly = compared.whitened(np.concatenate([passed, 1j * passed]))
     columns = np.concatenate([np.tile(law, 2)[weaker, None] * white[weaker], probes, scattered, wrongly])
     return columns[(columns**2).sum(axis=1) > 1e-3]

@@ -128,7 +128,7 @@ def _given_fitted(fit: Fit, problem: Problem, held_out: Sequence[int]) -> Predic
     alive = np.ones(fit.position.size, dtype=bool)
     slopes = Responses(fit.candidates, own, predictor).slopes(fit.position, response, alive)
     compared = problem.around(around, response)
-    law = laws_of(compared, own_responses(fit.candidates, fit.position, response, slopes))
+    law = laws_of(compared, fit.candidates, own_responses(fit.candidates, fit.position, response, slopes))
     residual, directions = prior_of(fit, compared.residual, compared.whitened(slopes), law.directions)
     size = np.where(compared.seen, np.abs(response) / problem.lines.deviations, 0.0)
     return given_others(compared, residual, directions, held_out, made=size.max(axis=(0, 1)) > SHOWN)

@@ -102,7 +102,8 @@ def density_at_values(fit: Fit, problem: Problem) -> float:
     )
     compared = fixed.around(fixed.baseline, fit.response)
     residual = compared.residual - compared.whitened(fit.response)
-    law = laws_of(compared, own_responses(fit.candidates, fit.position, fit.response, fit.slopes))
+    own_parts = own_responses(fit.candidates, fit.position, fit.response, fit.slopes)
+    law = laws_of(compared, fit.candidates, own_parts)
     outside = problem.baseline.prior_mean[:own] / problem.baseline.prior[:own]
     prior = log_prior(fit.coordinates, fit.position) - 0.5 * float(outside @ outside)
     return log_density(compared, residual, law) + prior + _density_of_healthy(fixed)

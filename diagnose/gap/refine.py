@@ -188,7 +188,7 @@ def fit_at(
     """Return the fit at its best position with Laplace's evidence."""
     coordinates = tuple(c for candidate in chosen for c in candidate.coordinates)
     own = own_responses(chosen, position, added, slopes)
-    law = laws_of(compared, own)
+    law = laws_of(compared, chosen, own)
     residual = compared.residual - compared.whitened(added)
     white = compared.whitened(slopes)
     least = np.where([c.is_angle for c in coordinates], CIRCLE_PRECISION, _precision(chosen))
@@ -217,12 +217,15 @@ def density(response: Responses, position: np.ndarray, compared: Comparison) -> 
         return -math.inf
     coordinates = [c for candidate in response.chosen for c in candidate.coordinates]
     residual = compared.residual - compared.whitened(added)
-    return log_density(compared, residual, laws_of(compared, [added])) + log_prior(coordinates, position)
+    law = laws_of(compared, response.chosen, [added])
+    return log_density(compared, residual, law) + log_prior(coordinates, position)
 
 
-def laws_of(compared: Comparison, responses: Sequence[np.ndarray]) -> Widened:
+def laws_of(compared: Comparison, chosen: Sequence[Candidate], responses: Sequence[np.ndarray]) -> Widened:
     """Return in which directions the laws of effects may be wrong, each for itself."""
-    return Widened(np.concatenate([law_columns(compared, one) for one in responses]))
+    each = zip(chosen, responses, strict=True)
+    found = [law_columns(compared, own, idealised=one.effect.IDEALISED) for one, own in each]
+    return Widened(np.concatenate([np.zeros((0, compared.residual.size)), *found]))
 
 
 def own_responses(
@@ -230,7 +233,7 @@ def own_responses(
 ) -> list[np.ndarray]:
     """Return what each effect adds: of several, how far its strengths are from zero times their slopes."""
     if len(chosen) < 2:
-        return [added]
+        return [added] * len(chosen)
     found, start = [], 0
     for candidate in chosen:
         own = np.zeros_like(added)
@@ -283,7 +286,7 @@ def _climb(
     for _ in range(most_steps):
         in_time = not response.repeats(position)
         slopes = response.slopes(position, added, alive)
-        law = laws_of(compared, own_responses(response.chosen, position, added, slopes))
+        law = laws_of(compared, response.chosen, own_responses(response.chosen, position, added, slopes))
         here = best = _objective(compared, added, position, precision, law)
         white = compared.whitened(slopes)
         if in_time:

@@ -198,7 +198,7 @@ def starts(candidate: Candidate, atoms: Sequence[Atom], compared: Comparison) ->
     if len(candidate.strengths) > 1 and best:
         best.insert(0, _pursued(candidate, atoms, compared, orders, wanted, best[0]))
     for _, position, response in best:
-        law = Widened(law_columns(compared, response))
+        law = Widened(law_columns(compared, response, idealised=candidate.effect.IDEALISED))
         value = log_density(compared, wanted - compared.whitened(response), law)
         bounded = np.maximum(position, -SMALL) if len(candidate.strengths) > 1 else position
         found.append(Start(candidate, bounded, value + log_prior(candidate.coordinates, bounded)))

@@ -53,6 +53,10 @@ class TransferError:
             return [self]
         return [replace(self, share=np.full(self.share.shape, share)) for share in UNCHECKED]
 
+    def at_least(self, share: float) -> TransferError:
+        """Return one that is nowhere smaller than a share."""
+        return replace(self, share=np.maximum(self.share, share))
+
     def directions(self, response: np.ndarray, conditions: tuple[Condition, ...]) -> np.ndarray:
         """Return independent errors of a response, each of standard deviation 1, up to their complex phase.
 

@@ -11,11 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from .evidence import Problem, Widened, law_columns
+from .evidence import Problem
 from .hypotheses import Candidate
 from .joint_fit import jointly
 from .null_distribution import chance_of_residual
-from .refine import FIRST_STEPS, Fit, climbed, nothing, refined
+from .refine import FIRST_STEPS, Fit, climbed, laws_of, nothing, refined
 from .screen import Atom, Start, atoms_of
 from .screening import Screening, few_of_each
 
@@ -85,7 +85,8 @@ def _fitted(leader: Fit, options: Sequence[Start], problem: Problem, none: Fit) 
     if not tried or explains_little(2 * tried[0].objective, none):
         return None
     alone = compared.residual - compared.whitened(leader.response)
-    left = 0.5 * float(alone @ Widened(law_columns(compared, leader.response)).solve(alone))
+    law = laws_of(compared, leader.candidates, [leader.response])
+    left = 0.5 * float(alone @ law.solve(alone))
     if tried[0].objective > left - PAIR_MARGIN:
         return None
     return refined(both, tried[0].position, compared, machine, predictor)
@@ -98,7 +99,8 @@ def _partners(leader: Fit, screening: Screening, problem: Problem, tell: Tell, *
     """
     chosen, compared = list(screening.chosen), screening.compared
     response, slopes = leader.response[chosen], leader.slopes[:, chosen]
-    directions = np.concatenate([law_columns(compared, response), compared.whitened(slopes)])
+    law = laws_of(compared, leader.candidates, [response])
+    directions = np.concatenate([law.directions, compared.whitened(slopes)])
     left = replace(compared, residual=compared.residual - compared.whitened(response))
     open_directions = compared.factor @ directions.T
     beside = left.widened(open_directions @ open_directions.T)

@@ -38,6 +38,7 @@ class BacklashGrowth(Effect):
         "A. Kahraman and R. Singh, Non-linear dynamics of a spur gear pair, J. Sound Vib. 142 (1990) 49-75",
         "ISO/TR 10064-2:1996",
     )
+    IDEALISED = True
 
     growth_m: float = parameter(
         unit="m",

@@ -52,6 +52,7 @@ class BreathingCrack(Effect):
         "J. Sound Vib. 160 (1993) 313-332",
         "A. D. Dimarogonas, C. A. Papadopoulos, Vibration of cracked shafts in bending, J. Sound Vib. 91 (1983) 583",
     )
+    IDEALISED = True
 
     depth_ratio: float = parameter(
         unit="",

@@ -37,6 +37,7 @@ class ClearanceGrowth(Effect):
         "T. A. Harris, Rolling Bearing Analysis, 4th ed., Wiley 2001",
         "ISO 5753-1:2009",
     )
+    IDEALISED = True
 
     growth_m: float = parameter(
         unit="m",

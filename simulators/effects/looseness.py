@@ -48,6 +48,7 @@ class Looseness(Effect):
         "rubs, Chaos Solitons Fractals 5 (1995) 1683-1704",
         "S. W. Shaw, P. J. Holmes, A periodically forced piecewise linear oscillator, J. Sound Vib. 90 (1983) 129-155",
     )
+    IDEALISED = True
 
     loss: float = parameter(
         unit="",

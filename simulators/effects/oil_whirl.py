@@ -49,6 +49,7 @@ class OilWhirl(Effect):
         "B. L. Newkirk, H. D. Taylor, Shaft whipping due to oil action in journal bearings, General Electric Review "
         "28 (1925) 559-568",
     )
+    IDEALISED = True
 
     damping_n_s_m: float = parameter(
         unit="N.s/m",

@@ -53,6 +53,7 @@ class Rub(Effect):
         "F. F. Ehrich, High order subharmonic response of high speed rotors in bearing clearance, J. Vib. Acoust. "
         "Stress Reliab. Des. 110 (1988) 9-16",
     )
+    IDEALISED = True
 
     stiffness_n_m: float = parameter(
         unit="N/m",
