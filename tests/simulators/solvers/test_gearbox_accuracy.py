@@ -10,8 +10,8 @@ from rotorwise.simulators.speed_profile import steady
 
 SPEED = steady(speed_rpm=1800.0)
 SYSTEM = gearbox.system(speed_rpm=1800.0)
-#: Four tooth engagements, eight jumps of the mesh stiffness.
-DURATION_S, OUTPUT_HZ = 0.006, 15_000
+#: Two tooth engagements, four jumps of the mesh stiffness.
+DURATION_S, OUTPUT_HZ = 0.003, 15_000
 
 
 def run(rate_hz, start, steps):
