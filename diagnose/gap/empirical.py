@@ -79,7 +79,7 @@ def empirical_forces(prepared: Prepared, posterior: Posterior) -> tuple[tuple[Ad
 
     Nothing where the waveform shows a defect of the measuring chain that may be what is left over.
     """
-    accounted = accounts_for_lines(prepared.waveform, prepared.measured.probes)
+    accounted = accounts_for_lines(prepared.waveform, prepared.measured.probes, mended=prepared.mended)
     if judged(posterior.probabilities)[0] != "unknown" or accounted:
         return (), ()
     problem = prepared.problem(prepared.fitted)

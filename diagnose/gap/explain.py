@@ -21,6 +21,7 @@ from .gain import measured_gain, useful_forces
 from .held_out import checked
 from .hypotheses import Candidate, candidates
 from .lines import OrderLines
+from .lost_samples import mended
 from .met_lines import with_met_lines
 from .observe import observe_orders, with_floor, with_reference
 from .predict import Predictor
@@ -34,7 +35,7 @@ from .shown_lines import may_show, standing_out
 from .struck_rhythm import envelopes_of, heard_beside, not_heard
 from .verdict import told
 from .wanted_lines import wanted_lines
-from .waveform import ONLY_IN_WAVEFORM, SUSPECTED, seen_in_waveform, variations, with_doubt
+from .waveform import ONLY_IN_WAVEFORM, SUSPECTED, lossy_channels, seen_in_waveform, variations, with_doubt
 
 HIGHEST_ORDER = 6.0
 #: Conditions in which all candidates are screened; the best are then followed in all of them.
@@ -152,14 +153,19 @@ def prepare(
     With ``as_given`` nothing is added that the healthy recordings say that the model lacks.
     """
     channels = _channels(campaign, machine)
-    measured, healthy, further = observed(campaign, machine, channels)
     seen = seen_in_waveform(campaign.recordings, campaign.baseline, list(channels))
+    lossy = lossy_channels(seen)
+    put_back = mended(campaign.recordings, lossy) if lossy else None
+    as_recorded = observed(campaign, machine, channels) if put_back else None
+    campaign = replace(campaign, recordings=put_back or campaign.recordings)
+    measured, healthy, further = observed(campaign, machine, channels)
     waveform = {name: own for name, own in seen.items() if name not in without}
     beyond = [own for effect, own in seen.items() if effect in without - SUSPECTED]
     # A wandering speed is seen in no channel of its own.
     flawed = tuple(dict.fromkeys(name for own in beyond for name in own or ("the tacho",)))
     measured = _sure(measured, campaign.recordings)
-    measured = with_doubt(measured, seen, variations(campaign.recordings))
+    raw = as_recorded[0] if as_recorded else None
+    measured = with_doubt(measured, seen, variations(campaign.recordings), raw)
     healthy = _sure(healthy, campaign.baseline) if healthy else None
     every = (measured, healthy) if healthy else (measured,)
     ranges = probe_ranges((*campaign.recordings, *campaign.baseline), *every)
@@ -169,7 +175,8 @@ def prepare(
         predictor = replace(predictor, noise=not_of_the_fault(predictor.noise, measured, own.noise, healthy))
     found = put_together(machine, measured, predictor, healthy, own, as_given=as_given, tell=tell)
     envelopes = envelopes_of(campaign.recordings, [one.speed_rpm for one in measured.conditions])
-    return replace(found, waveform=waveform, flawed=flawed, found_lines=further, envelopes=envelopes)
+    found = replace(found, waveform=waveform, flawed=flawed, found_lines=further, envelopes=envelopes)
+    return replace(found, mended=put_back is not None)
 
 
 def _sure(lines: OrderLines, recordings: Sequence[Recording]) -> OrderLines:

@@ -55,6 +55,8 @@ class Prepared:
         What the healthy recordings say that the model lacks; None where that was not looked for.
     envelopes : tuple of Spectrum
         What stands out of the envelopes of the recordings to explain; empty where only lines are known.
+    mended : bool
+        Whether samples that had been lost were put back.
     """
 
     measured: OrderLines
@@ -73,6 +75,7 @@ class Prepared:
     pulse_rad: float = 0.0
     form: Extended | None = None
     envelopes: tuple[Spectrum, ...] = ()
+    mended: bool = False
 
     def problem(self, chosen: Sequence[int]) -> Problem:
         """Return the problem of some of the conditions."""

@@ -42,8 +42,9 @@ FAR_BEHIND = 300.0
 #: Starts of one effect, and of one that is simulated in time; of one whose response bends with its strength each is
 #: followed to the end, as a contact that opens in some of the conditions only makes hills between them.
 STARTS, STARTS_IN_TIME, STARTS_OF_BENT = 2, 1, 3
-#: The best one, where it leaves more than noise, is followed again from so many places about its end, so far away.
-SHAKES, SHAKEN_BY = 4, 0.3
+#: The best one, where it leaves more than noise, is looked for about its end: so many places at random, about the best
+#: of them again, and so on, each time less far away.
+DRAWS, REACHES = 24, (0.8, 0.5, 0.3, 0.15)
 #: Factors of the strength that are tried where each is a simulation.
 SCANNED = (0.5, 0.7, 1.4, 2.0, 3.0)
 #: Chance below which the best hypothesis' residual is too large to be noise: what is left is then unknown.
@@ -161,7 +162,7 @@ def _singles(screened: list[list[Start]], screening: Screening, problem: Problem
         found += sorted((fit for fit in fits if fit), key=lambda fit: -fit.log_evidence)[:1]
     found = [_scanned(fit, problem) for fit in found]
     found.sort(key=lambda fit: -fit.log_evidence)
-    return [_shaken(fit, problem, none) for fit in found[:1]] + found[1:]
+    return [_looked_about(fit, problem, none) for fit in found[:1]] + found[1:]
 
 
 def _scanned(fit: Fit, problem: Problem) -> Fit:
@@ -186,14 +187,25 @@ def _scanned(fit: Fit, problem: Problem) -> Fit:
     return found if found and found.log_evidence > fit.log_evidence else fit
 
 
-def _shaken(fit: Fit, problem: Problem, none: Fit) -> Fit:
-    """Return the fit of an effect that explains most, but leaves more than noise, or a better one from near by."""
+def _looked_about(fit: Fit, problem: Problem, none: Fit) -> Fit:
+    """Return the fit of an effect that explains most, but leaves more than noise, or a better one from near by.
+
+    A contact that opens in one condition and not in the next makes hills of the likelihood on which every step ends.
+    """
     if explains_little(_power(fit), none) or chance_of_residual(fit) > MISFIT:
         return fit
     compared, machine, predictor = problem.plain(), problem.baseline.machine, problem.predictor
-    draws = np.random.default_rng(0).normal(scale=SHAKEN_BY, size=(SHAKES, fit.position.size))
-    found = [refined(fit.candidates, place, compared, machine, predictor) for place in fit.position + draws]
-    return max([fit, *(one for one in found if one)], key=lambda one: one.log_evidence)
+    response, generator = Responses(fit.candidates, machine, predictor), np.random.default_rng(0)
+    at, most = fit.position, density(response, fit.position, compared)
+    for reach in REACHES if response.repeats(at) else ():
+        places = at + generator.normal(scale=reach, size=(DRAWS, at.size))
+        response.prepare(list(places))
+        values = [density(response, place, compared) for place in places]
+        best = int(np.argmax(values))
+        if values[best] > most:
+            at, most = places[best], values[best]
+    found = None if at is fit.position else refined(fit.candidates, at, compared, machine, predictor)
+    return found if found and found.log_evidence > fit.log_evidence else fit
 
 
 def _power(fit: Fit) -> float:

@@ -61,7 +61,8 @@ def told(
     probabilities = dict(posterior.probabilities)
     if shown:
         causes = (*_shown(shown), *causes)
-        beyond = kind == "unknown" and not accounts_for_lines(shown, prepared.measured.probes)
+        accounted = accounts_for_lines(shown, prepared.measured.probes, mended=prepared.mended)
+        beyond = kind == "unknown" and not accounted
         probabilities = _with_shown(probabilities, tuple(shown), is_unknown_beside=beyond)
         if not beyond:
             kind = "one cause" if len(causes) == 1 else "several causes"

@@ -14,6 +14,7 @@ from ...datasets.recording import Recording
 from ..signal.checks import check_channel
 from ..signal.speed import speed_from_tacho
 from .lines import LineKind, OrderLines
+from .lost_samples import LEFT
 from .phase_wander import phase_wander
 
 #: The effect of the catalogue that each data check shows.
@@ -28,7 +29,7 @@ SHOWN_BY = {
 }
 #: Only the waveform shows these; order lines do not, or only so little that other effects explain it as well.
 ONLY_IN_WAVEFORM = frozenset((*SHOWN_BY.values(), "speed_wander"))
-#: Of these, the ones that lose a part of the signal.
+#: Of these, the ones that lose a part of the signal (`lost_samples`).
 LOSSY = ("clipping", "dropped_samples")
 #: A spectrum that rises towards its end may be folded, or be a resonance that a bearing's defect rings.
 SUSPECTED = frozenset({"aliasing"})
@@ -174,11 +175,13 @@ def _row(recording: Recording, name: str) -> np.ndarray:
     return recording.signals[[channel.name for channel in recording.channels].index(name)]
 
 
-def with_doubt(lines: OrderLines, seen: Mapping[str, Sequence[str]], variation: np.ndarray) -> OrderLines:
+def with_doubt(
+    lines: OrderLines, seen: Mapping[str, Sequence[str]], variation: np.ndarray, as_recorded: OrderLines | None = None
+) -> OrderLines:
     """Return the lines, less certain at the probes whose waveform shows a defect.
 
-    Probes that have lost a part of their signal are left out, where others remain, and sidebands that a wandering speed
-    makes.
+    Probes that have lost a part of their signal are left out, where others remain, but where the lost samples were put
+    back; and sidebands that a wandering speed makes.
 
     Parameters
     ----------
@@ -187,9 +190,12 @@ def with_doubt(lines: OrderLines, seen: Mapping[str, Sequence[str]], variation: 
         From `seen_in_waveform`.
     variation : ndarray (conditions,)
         Of the speed within each record, see `variations`: where the speed wanders, so do all lines.
+    as_recorded : OrderLines, optional
+        Where lost samples were put back in ``lines``: the same without that.
     """
-    bad = {name for names in seen.values() for name in names}
-    lossy = {name for effect in LOSSY for name in seen.get(effect, ())}
+    left = 0.0 if as_recorded is None else LEFT * np.abs(lines.amplitudes - as_recorded.amplitudes)
+    lossy = lossy_channels(seen) if as_recorded is None else set()
+    bad = {name for effect, names in seen.items() for name in names if effect not in LOSSY} | lossy
     doubt = np.array([DOUBT if probe in bad else 0.0 for probe in lines.probes])
     if lossy and not lossy.issuperset(lines.probes):
         doubt[[probe in lossy for probe in lines.probes]] = np.inf
@@ -200,21 +206,25 @@ def with_doubt(lines: OrderLines, seen: Mapping[str, Sequence[str]], variation: 
         smeared = np.minimum(STEEPEST * variation, 1.0)[:, None, None] * np.abs(lines.amplitudes)
         own = np.array([order != 0 and 0 < abs(kind.frequency_hz) <= WANDER_HZ for order, kind in _places(lines)])
         share = np.where(own[None, None, :], np.inf, np.hypot(share, smeared))
-    return replace(lines, deviations=np.hypot(lines.deviations, share))
+    return replace(lines, deviations=np.hypot(lines.deviations, np.hypot(share, left)))
+
+
+def lossy_channels(seen: Mapping[str, Sequence[str]]) -> set[str]:
+    """Return the channels that have lost a part of their signal."""
+    return {name for effect in LOSSY for name in seen.get(effect, ())}
 
 
 def _places(lines: OrderLines) -> Iterator[tuple[float, LineKind]]:
     return zip(lines.orders, lines.kinds, strict=True)
 
 
-def accounts_for_lines(seen: Mapping[str, Sequence[str]], probes: Sequence[str]) -> bool:
+def accounts_for_lines(seen: Mapping[str, Sequence[str]], probes: Sequence[str], *, mended: bool) -> bool:
     """Return whether what the waveform shows may itself be why no effect explains the lines.
 
-    A wandering speed, and parts lost at every probe, change lines by nobody knows how much. The other defects change
-    them by less than `DOUBT`, which the comparison allows for: what it still lacks is something else.
+    A wandering speed, and parts lost at every probe and not put back, change lines by nobody knows how much. The other
+    defects change them by less than `DOUBT`, which the comparison allows for: what it still lacks is something else.
     """
-    lossy = {name for effect in LOSSY for name in seen.get(effect, ())}
-    return "speed_wander" in seen or lossy.issuperset(probes)
+    return "speed_wander" in seen or (not mended and lossy_channels(seen).issuperset(probes))
 
 
 def _codes(recording: Recording, name: str) -> set[str]:
