@@ -57,6 +57,8 @@ class Comparison:
     learnt : ndarray (unknowns, reals)
         What one whitened residual adds to them.
     transfer : TransferError
+    inexact : float
+        Factor by which the law of an effect whose form is an idealisation is less exact than usual.
     """
 
     lines: OrderLines
@@ -68,6 +70,7 @@ class Comparison:
     known: np.ndarray
     learnt: np.ndarray
     transfer: TransferError
+    inexact: float = 1.0
 
     @property
     def seen(self) -> np.ndarray:
@@ -259,12 +262,15 @@ def _factored(covariance: np.ndarray) -> np.ndarray:
     )
 
 
-def _tolerances(lines: OrderLines, *, idealised: bool = False) -> tuple[np.ndarray, np.ndarray]:
-    """Return the tolerance of a law at each order, and at each order at one probe, both (orders,)."""
+def _tolerances(lines: OrderLines, inexact: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Return the tolerance of a law at each order, and at each order at one probe, both (orders,).
+
+    ``inexact`` is 0 for a law whose form is known.
+    """
     phase = np.array([kind.phase for kind in lines.kinds])
     return (
-        np.where(phase, IDEALISED_LAW if idealised else LAW_TOLERANCE, LAW_TOLERANCE_OF_SIZES),
-        np.where(phase, IDEALISED_PROBE if idealised else PROBE_TOLERANCE, PROBE_TOLERANCE_OF_SIZES),
+        np.where(phase, inexact * IDEALISED_LAW or LAW_TOLERANCE, LAW_TOLERANCE_OF_SIZES),
+        np.where(phase, inexact * IDEALISED_PROBE or PROBE_TOLERANCE, PROBE_TOLERANCE_OF_SIZES),
     )
 
 
@@ -276,7 +282,7 @@ def law_columns(compared: Comparison, response: np.ndarray, *, idealised: bool) 
     present = np.flatnonzero(np.abs(response).max(axis=(0, 1)) > 0)
     if not present.size:
         return np.zeros((0, compared.residual.size))
-    law, apart = (own[present] for own in _tolerances(compared.lines, idealised=idealised))
+    law, apart = (own[present] for own in _tolerances(compared.lines, compared.inexact if idealised else 0.0))
     whole = np.zeros((present.size, *response.shape), dtype=complex)
     single = np.zeros((present.size, response.shape[1], *response.shape), dtype=complex)
     for row, order in enumerate(present):
@@ -290,7 +296,7 @@ def law_columns(compared: Comparison, response: np.ndarray, *, idealised: bool) 
     single = single.reshape(-1, *response.shape)
     probes = compared.whitened(np.concatenate([single, 1j * single]))
     scattered = compared.whitened(_scattered_sizes(compared.lines, response))
-    transfer = compared.transfer.at_least(IDEALISED_TRANSFER if idealised else 0.0)
+    transfer = compared.transfer.at_least(compared.inexact * IDEALISED_TRANSFER if idealised else 0.0)
     passed = transfer.directions(response, compared.lines.conditions)
     wrongly = compared.whitened(np.concatenate([passed, 1j * passed]))
     columns = np.concatenate([np.tile(law, 2)[weaker, None] * white[weaker], probes, scattered, wrongly])

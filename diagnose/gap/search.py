@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -43,10 +43,12 @@ FAR_BEHIND = 300.0
 #: followed to the end, as a contact that opens in some of the conditions only makes hills between them.
 STARTS, STARTS_IN_TIME, STARTS_OF_BENT = 2, 1, 3
 #: The best one, where it leaves more than noise, is looked for about its end: so many places at random, about the best
-#: of them again, and so on, each time less far away.
+#: of them again, and so on, each time less far away. Where each is a simulation, only of contacts.
 DRAWS, REACHES = 24, (0.8, 0.5, 0.3, 0.15)
 #: Factors of the strength that are tried where each is a simulation.
 SCANNED = (0.5, 0.7, 1.4, 2.0, 3.0)
+#: Factor by which the law of an idealised effect may be less exact than usual.
+LESS_EXACT = 2.0
 #: Chance below which the best hypothesis' residual is too large to be noise: what is left is then unknown.
 MISFIT = 1e-3
 
@@ -132,6 +134,7 @@ def search(
     pairs = two_effects(singles, screening, problem, none, tell) if singles else []
     unknown = unexplained(compared, kernels)
     fits = tuple(sorted([*singles, *pairs], key=lambda fit: -fit.log_evidence))
+    fits = (*(_less_exact(fit, problem) for fit in fits[:1]), *fits[1:])
     count = len({candidate.name for candidate in screening.atoms})
     followed = {candidate for fit in fits for candidate in fit.candidates}
     rest = [(one.name, none.log_evidence + more) for one, more in first_look.items() if one not in followed]
@@ -196,8 +199,11 @@ def _looked_about(fit: Fit, problem: Problem, none: Fit) -> Fit:
         return fit
     compared, machine, predictor = problem.plain(), problem.baseline.machine, problem.predictor
     response, generator = Responses(fit.candidates, machine, predictor), np.random.default_rng(0)
+    in_time = not response.repeats(fit.position)
+    if in_time and not fit.candidates[0].effect.IDEALISED:
+        return fit
     at, most = fit.position, density(response, fit.position, compared)
-    for reach in REACHES if response.repeats(at) else ():
+    for reach in REACHES:
         places = at + generator.normal(scale=reach, size=(DRAWS, at.size))
         response.prepare(list(places))
         values = [density(response, place, compared) for place in places]
@@ -206,6 +212,24 @@ def _looked_about(fit: Fit, problem: Problem, none: Fit) -> Fit:
             at, most = places[best], values[best]
     found = None if at is fit.position else refined(fit.candidates, at, compared, machine, predictor)
     return found if found and found.log_evidence > fit.log_evidence else fit
+
+
+def _less_exact(fit: Fit, problem: Problem) -> Fit:
+    """Return the fit of an effect whose law is an idealisation, where it leaves more than noise, with a wider law.
+
+    How wide the data say: it has to pay for the choice, and to explain more than it costs to allow more.
+    """
+    if fit.compared is None or not any(one.effect.IDEALISED for one in fit.candidates):
+        return fit
+    if chance_of_residual(fit) > MISFIT:
+        return fit
+    machine = (fit.problem or problem).baseline.machine
+    compared = replace(fit.compared, inexact=LESS_EXACT)
+    found = refined(fit.candidates, fit.position, compared, machine, problem.predictor)
+    cost = math.log(2)
+    if found is None or found.log_evidence - cost < fit.log_evidence:
+        return fit
+    return replace(found, log_evidence=found.log_evidence - cost, problem=fit.problem)
 
 
 def _power(fit: Fit) -> float:
