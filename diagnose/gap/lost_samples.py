@@ -7,6 +7,7 @@ missing there, a share of it as small as the share lost.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 
@@ -21,9 +22,11 @@ ORDERS = np.arange(0.5, 12.5, 0.5)
 MOST_LOST = 0.3
 #: Samples so near an end of the range, as a share of it, are cut off.
 AT_THE_END = 1e-3
-#: Power of the noise over that of the lines, about: what is cut off lies at the same angles in every turn, and orders
-#: that live there would be fitted to the noise beside it.
-RIDGE = 1e-3
+#: What is cut off lies at the same angles in every turn, and orders that live there would be fitted to the noise beside
+#: it: each is held back by this times its number to the fourth power, as lines fall off with their order.
+RIDGE = 1e-5
+#: Samples that are fitted at once: the angles of all their orders are held in memory.
+PIECE = 1 << 18
 #: Share of what the mending changed a line by that may still be wrong with it.
 LEFT = 0.3
 
@@ -49,17 +52,39 @@ def _mended(recording: Recording, channels: Collection[str]) -> Recording | None
         return None
     measured = [row for row, channel in enumerate(recording.channels) if channel.quantity != "tacho"]
     turns = turns_of(recording, np.nan_to_num(recording.signals[measured]))
+    signals = recording.signals.copy()
+    for row, one in zip(rows, lost, strict=True):
+        pieces = np.array_split(np.arange(turns.size), math.ceil(turns.size / PIECE))
+        fitted = np.concatenate([_of_orders(signals[row, part], one[part], turns[part]) for part in pieces])
+        signals[row, one] = _beyond(signals[row], fitted)[one]
+    return replace(recording, signals=signals)
+
+
+def _of_orders(signal: np.ndarray, lost: np.ndarray, turns: np.ndarray) -> np.ndarray:
+    """Return what the shaft's orders, fitted to the samples that are not lost, make at all; shape (samples,)."""
     fast = (turns[-1] - turns[0]) / turns.size
     orders = ORDERS[ORDERS * fast < HIGHEST_SHARE]
     angles = 2 * np.pi * np.outer(turns, orders)
     columns = np.concatenate([np.ones((turns.size, 1)), np.cos(angles), np.sin(angles)], axis=1)
-    signals = recording.signals.copy()
-    for row, one in zip(rows, lost, strict=True):
-        kept = columns[~one]
-        held_back = RIDGE * kept.shape[0] * np.eye(kept.shape[1])
-        law = np.linalg.solve(kept.T @ kept + held_back, kept.T @ recording.signals[row][~one])
-        signals[row, one] = columns[one] @ law
-    return replace(recording, signals=signals)
+    kept, known = columns[~lost], signal[~lost]
+    held_back = RIDGE * np.concatenate([[0.0], np.tile(np.maximum(orders, 1.0) ** 4, 2)])
+    # Where a piece has lost everything nothing is known: 0.
+    law = np.linalg.solve(kept.T @ kept + (known.size + 1) * np.diag(held_back + 1e-12), kept.T @ known)
+    return columns @ law
+
+
+def _beyond(signal: np.ndarray, fitted: np.ndarray) -> np.ndarray:
+    """Return fitted samples; where the record is cut off, none that lie within what was recorded."""
+    low, high = _ends(signal)
+    fitted = np.where(signal >= high, np.maximum(fitted, signal), fitted)
+    return np.where(signal <= low, np.minimum(fitted, signal), fitted)
+
+
+def _ends(signal: np.ndarray) -> tuple[float, float]:
+    """Return below and above what a sample lies at an end of the range."""
+    low, high = float(np.nanmin(signal)), float(np.nanmax(signal))
+    near = AT_THE_END * (high - low)
+    return low + near, high - near
 
 
 def lost_samples(signal: np.ndarray) -> np.ndarray:
@@ -72,10 +97,8 @@ def lost_samples(signal: np.ndarray) -> np.ndarray:
     """
     lost = ~np.isfinite(signal)
     same = np.concatenate([[False], signal[1:] == signal[:-1]])
-    ends = np.nanmin(signal), np.nanmax(signal)
-    near = AT_THE_END * (ends[1] - ends[0])
-    for end in ends:
-        outermost = np.abs(signal - end) <= near
+    low, high = _ends(signal)
+    for outermost in (signal <= low, signal >= high):
         # One sample is the largest in every record.
         if np.count_nonzero(outermost & same):
             lost |= outermost

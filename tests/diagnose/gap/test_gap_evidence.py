@@ -8,12 +8,17 @@ import numpy as np
 import pytest
 from rotorwise.diagnose.gap.baseline import Baseline, error_covariance, noise_covariance
 from rotorwise.diagnose.gap.evidence import (
+    IDEALISED_LAW,
+    IDEALISED_PROBE,
+    IDEALISED_TRANSFER,
+    LAW_TOLERANCE,
     LEAST_OF_MEAN,
     PROBE_TOLERANCE,
     STRENGTH_TOLERANCE,
     Problem,
     Widened,
     comparison,
+    law_columns,
     log_density,
     strength_columns,
 )
@@ -172,3 +177,21 @@ def test_a_strength_is_known_no_better_than_its_law():
     noise = 1 / float(white @ white)
     information = float(white @ Widened(strength_columns(compared, response)).solve(white))
     assert 1 / information == pytest.approx(noise + STRENGTH_TOLERANCE**2, rel=1e-6)
+
+
+@pytest.mark.parametrize(("idealised", "inexact"), [(False, 1.0), (True, 1.0), (True, 2.0)])
+def test_a_weaker_order_may_be_wrong_by_the_tolerances_of_its_law(idealised, inexact):
+    shape = (1, 2, 2)
+    lines = OrderLines((Condition(900.0),), PROBES, ORDERS, np.zeros(shape, complex), np.ones(shape))
+    response = np.array([[[9.0, 3.0j], [12.0, 0.1]]], dtype=complex)
+    compared = replace(comparison(lines, _baseline(1, np.zeros(1), np.zeros(1)), None, None, np.zeros((2, 2))))
+    directions = law_columns(replace(compared, inexact=inexact), response, idealised=idealised)
+    found = directions.T @ directions
+    law, probe, passed = LAW_TOLERANCE, PROBE_TOLERANCE, 0.0
+    if idealised:
+        law, probe, passed = (inexact * own for own in (IDEALISED_LAW, IDEALISED_PROBE, IDEALISED_TRANSFER))
+    # Stacked: the real parts of both orders at one probe, then at the other. An order's error has any phase.
+    number = ORDERS.index(2.0)
+    assert found[number, number] == pytest.approx(9.0 * (law**2 + probe**2 + passed**2))
+    # The factor of the strongest order is its strength; its errors at the probes and in speed stay.
+    assert found[0, 0] == pytest.approx(81.0 * (probe**2 + passed**2))
