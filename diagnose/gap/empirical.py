@@ -25,7 +25,7 @@ from .predict import Predictor
 from .result import AddedForce, Estimate
 from .unknown_force import LEAST_GAIN, Unknown
 from .waveform import accounts_for_lines
-from .words import line_names
+from .words import joined_words, line_names
 
 if TYPE_CHECKING:
     from ...simulators.machine import Machine
@@ -119,19 +119,26 @@ def forces_of(
             "more speeds.",
         )
     found: list[AddedForce] = []
-    remarks = []
+    broken, not_described = [], []
     kinds = compared.lines.kinds
     whole = [k for k in numbers if kinds[k].phase and _is_whole(compared.lines.orders[k])]
     moved = np.stack([transfer(machine, predictor, i) for i in range(len(predictor.conditions))]) if whole else None
     names = line_names(compared.lines)
     for k in numbers:
         if moved is None or k not in whole:
-            remarks.append(f"{names[k]} is left over and shown; a force is added for whole orders of the shaft only.")
+            broken.append(names[k])
             continue
         added = _of_order(_order(compared, k), moved[:, k], force_places(machine), compared)
         found += added
-        if not added:
-            remarks.append(f"{names[k]} is left over and shown; no force at one place describes it: none is added.")
+        not_described += [] if added else [names[k]]
+    remarks = [
+        f"{joined_words(lines)} {'is' if len(lines) == 1 else 'are'} left over and shown; {why}."
+        for lines, why in (
+            (broken, "a force is added for whole orders of the shaft only"),
+            (not_described, "no force at one place describes this: none is added"),
+        )
+        if lines
+    ]
     return tuple(found), tuple(remarks)
 
 

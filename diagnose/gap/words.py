@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 NOTABLE_SIGMA = 4.0
 #: An amplitude that differs by less than this factor is right; what is wrong then is the phase.
 ALIKE = 1.2
+_WRONG = ("lacks", "has too much", "gets the size wrong of", "gets the phase wrong of")
 #: Of an amplitude beside another one: less is what numbers leave.
 ROUNDING = 1e-9
 #: Orders and conditions that a sentence names.
@@ -67,7 +68,7 @@ def gap_words(residuals: Sequence[ResidualLine], measured: OrderLines, machine: 
         return f"{_NO_LINE} by {NOTABLE_SIGMA:g} standard deviations."
     names_of = line_names(measured, mesh_orders(machine))
     clearest = list(dict.fromkeys(line.column for line in sorted(wrong, key=lambda one: -one.sigma)))
-    kinds: dict[str, list[str]] = {"lacks": [], "has too much": [], "gets the phase wrong of": []}
+    kinds: dict[str, list[str]] = {name: [] for name in _WRONG}
     for column in clearest[:MOST_NAMED]:
         kinds[_how_wrong([line for line in wrong if line.column == column])].append(names_of[column])
     what = joined_words([f"{verb} {joined_words(names)}" for verb, names in kinds.items() if names])
@@ -84,7 +85,11 @@ def _how_wrong(lines: Sequence[ResidualLine]) -> str:
     simulated = math.sqrt(sum((other / max(own, other, 1e-300)) ** 2 for own, other in sizes))
     if measured > ALIKE * simulated:
         return "lacks"
-    return "has too much" if simulated > ALIKE * measured else "gets the phase wrong of"
+    if simulated > ALIKE * measured:
+        return "has too much"
+    # Too much in one condition and too little in another, or right in size.
+    apart = sorted(max(own, other, 1e-300) / max(min(own, other), 1e-300) for own, other in sizes)
+    return "gets the size wrong of" if apart[len(apart) // 2] > ALIKE else "gets the phase wrong of"
 
 
 def _where_words(where: Sequence[Condition], whole: int) -> str:

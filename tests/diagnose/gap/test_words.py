@@ -310,6 +310,9 @@ def test_each_line_counts_alike_in_what_is_wrong_with_it() -> None:
     lines.append(ResidualLine("path_1", 1.0, 4, 0, 200e-6, 220e-6j, 50.0))
     assert words._how_wrong(lines) == "lacks"
     assert words._how_wrong(lines[4:]) == "gets the phase wrong of"
+    # Half of one line and twice the other: neither lacks nor too much.
+    pair = [ResidualLine("path_1", 1.0, i, 0, 20e-6 / (1 + i), 10e-6 * (1 + i), 50.0) for i in range(2)]
+    assert words._how_wrong(pair) == "gets the size wrong of"
 
 
 def test_a_model_that_is_not_this_machine_is_said_to_be() -> None:
