@@ -20,7 +20,7 @@ from .found_lines import found_lines
 from .gain import measured_gain, useful_forces
 from .held_out import checked
 from .hypotheses import Candidate, candidates
-from .lines import OrderLines
+from .lines import OrderLines, turned_to_reference
 from .lost_samples import mended
 from .met_lines import with_met_lines
 from .observe import observe_orders, with_floor, with_reference
@@ -154,17 +154,16 @@ def prepare(
     """
     channels = _channels(campaign, machine)
     seen = seen_in_waveform(campaign.recordings, campaign.baseline, list(channels))
-    lossy = lossy_channels(seen)
-    put_back = mended(campaign.recordings, lossy) if lossy else None
-    as_recorded = observed(campaign, machine, channels) if put_back else None
-    campaign = replace(campaign, recordings=put_back or campaign.recordings)
+    lossy, recorded = lossy_channels(seen), campaign.recordings
+    put_back = mended(recorded, lossy) if lossy else None
+    campaign = replace(campaign, recordings=put_back or recorded)
     measured, healthy, further = observed(campaign, machine, channels)
+    raw = _as_recorded(recorded, channels, measured) if put_back else None
     waveform = {name: own for name, own in seen.items() if name not in without}
     beyond = [own for effect, own in seen.items() if effect in without - SUSPECTED]
     # A wandering speed is seen in no channel of its own.
     flawed = tuple(dict.fromkeys(name for own in beyond for name in own or ("the tacho",)))
     measured = _sure(measured, campaign.recordings)
-    raw = as_recorded[0] if as_recorded else None
     measured = with_doubt(measured, seen, variations(campaign.recordings), raw)
     healthy = _sure(healthy, campaign.baseline) if healthy else None
     every = (measured, healthy) if healthy else (measured,)
@@ -177,6 +176,13 @@ def prepare(
     envelopes = envelopes_of(campaign.recordings, [one.speed_rpm for one in measured.conditions])
     found = replace(found, waveform=waveform, flawed=flawed, found_lines=further, envelopes=envelopes)
     return replace(found, mended=put_back is not None)
+
+
+def _as_recorded(recordings: Sequence[Recording], channels: Mapping[str, str], like: OrderLines) -> OrderLines:
+    """Return the same lines of other recordings of the same conditions; missing samples count as 0."""
+    recordings = [replace(one, signals=np.nan_to_num(one.signals)) for one in recordings]
+    (found,) = observe_orders(recordings, orders=like.orders, kinds=like.kinds, channels=channels)
+    return replace(found, amplitudes=turned_to_reference(found.amplitudes, found.conditions, like.reference))
 
 
 def _sure(lines: OrderLines, recordings: Sequence[Recording]) -> OrderLines:
