@@ -99,6 +99,20 @@ def test_a_defect_of_the_waveform_does_not_stand_for_lines_that_nothing_explains
     ).causes
 
 
+def test_samples_lost_at_every_probe_do_not_hide_the_cause(unbalanced):
+    def lossy(record: Recording) -> Recording:
+        lost = np.random.default_rng(record.samples).random(record.signals.shape) < 0.03
+        lost[[channel.quantity == "tacho" for channel in record.channels]] = False
+        return dataclasses.replace(record, signals=np.where(lost, np.nan, record.signals))
+
+    campaign = Campaign(tuple(lossy(one) for one in unbalanced.recordings), unbalanced.baseline)
+    found = explain_gap(campaign, rigid_coupling, only=frozenset({"unbalance", "support_anisotropy", "gravity"}))
+    assert [cause.effect for cause in found.causes] == ["dropped_samples", "unbalance"]
+    moment = found.causes[1].parameters["moment_kg_m"]
+    assert moment.low < HIDDEN.moment_kg_m < moment.high
+    assert found.gain.held_out_db > found.gain.calibration_only_db + 6
+
+
 def test_without_hypotheses_the_effect_is_not_found(unbalanced, monkeypatch):
     monkeypatch.setattr(module, "candidates", lambda machine, **which: ())
     found = explain_gap(unbalanced, rigid_coupling)
