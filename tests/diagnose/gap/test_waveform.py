@@ -1,8 +1,11 @@
 """Effects that the waveform shows, each made by the effect itself, and none of them in a healthy record."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from rotorwise.datasets.recording import Channel, Recording
+from rotorwise.diagnose.gap.lost_samples import LEFT
 from rotorwise.diagnose.gap.waveform import seen_in_waveform
 
 SAMPLES, RATE_HZ = 8000, 1000.0
@@ -71,6 +74,10 @@ def test_a_clipped_probe_is_left_out_where_others_remain():
     assert both.seen.all()
     assert both.deviations.ravel() == pytest.approx(np.hypot(0.1, 0.2))
     assert with_doubt(lines, {"dc_drift": ("a",)}, steady).seen.all()
+    # Where the lost samples were put back, by a part of what that changed.
+    raw = replace(lines, amplitudes=1.1 * lines.amplitudes)
+    doubted = with_doubt(lines, {"clipping": ("a", "b")}, steady, raw)
+    assert doubted.deviations == pytest.approx(np.hypot(lines.deviations, LEFT * 0.1 * np.abs(lines.amplitudes)))
 
 
 def test_where_the_speed_wanders_lines_are_known_no_better_than_a_resonance_lets_them():
@@ -145,8 +152,9 @@ def test_only_what_spreads_lines_accounts_for_those_that_nothing_explains():
     from rotorwise.diagnose.gap.verdict import _with_shown
     from rotorwise.diagnose.gap.waveform import accounts_for_lines
 
-    assert accounts_for_lines({"clipping": ("a", "b")}, ("a", "b"))
-    assert accounts_for_lines({"speed_wander": ()}, ("a",))
-    assert not accounts_for_lines({"clipping": ("a",), "quantisation": ("b",)}, ("a", "b"))
+    assert accounts_for_lines({"clipping": ("a", "b")}, ("a", "b"), mended=False)
+    assert not accounts_for_lines({"clipping": ("a", "b")}, ("a", "b"), mended=True)
+    assert accounts_for_lines({"speed_wander": ()}, ("a",), mended=True)
+    assert not accounts_for_lines({"clipping": ("a",), "quantisation": ("b",)}, ("a", "b"), mended=False)
     found = _with_shown({(): 0.3, ("unknown",): 0.7}, ("quantisation",), is_unknown_beside=True)
     assert found == {("unknown",): pytest.approx(0.7), ("quantisation",): pytest.approx(0.3)}
