@@ -64,6 +64,8 @@ class Fit:
         Numbers of the orders that something unknown makes beside the effect.
     compared : Comparison, optional
         In which it was fitted.
+    hills : ndarray (coordinates, coordinates), optional
+        Second moment of how far other hills of the likelihood lie away, where that was looked at.
     """
 
     candidates: tuple[Candidate, ...]
@@ -77,6 +79,7 @@ class Fit:
     problem: Problem | None = None
     unknown_beside: frozenset[int] = frozenset()
     compared: Comparison | None = None
+    hills: np.ndarray | None = None
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:

@@ -6,11 +6,10 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from .beside_unknown import beside_unknown
 from .evidence import Comparison, Problem, Widened
 from .force_kernels import ForceKernel
+from .hills import looked_about, with_hills
 from .hypotheses import Candidate
 from .joint_fit import jointly
 from .judged import judged
@@ -42,9 +41,6 @@ FAR_BEHIND = 300.0
 #: Starts of one effect, and of one that is simulated in time; of one whose response bends with its strength each is
 #: followed to the end, as a contact that opens in some of the conditions only makes hills between them.
 STARTS, STARTS_IN_TIME, STARTS_OF_BENT = 2, 1, 3
-#: The best one, where it leaves more than noise, is looked for about its end: so many places at random, about the best
-#: of them again, and so on, each time less far away. Where each is a simulation, only of contacts.
-DRAWS, REACHES = 24, (0.8, 0.5, 0.3, 0.15)
 #: Factors of the strength that are tried where each is a simulation.
 SCANNED = (0.5, 0.7, 1.4, 2.0, 3.0)
 #: Factor by which the law of an idealised effect may be less exact than usual.
@@ -129,12 +125,14 @@ def search(
         or predictor.repeats(machine.with_effects(options[0].candidate.at(options[0].position)))
     ]
     singles = _singles(screened, screening, problem, none, tell)
-    singles = [fit for fit in singles if fit.log_evidence > none.log_evidence - HOPELESS]
-    singles = _jointly_best(singles, problem, none) if singles else []
+    begun = [fit for fit in singles if fit.log_evidence > none.log_evidence - HOPELESS]
+    singles = _jointly_best(begun, problem, none) if begun else []
     pairs = two_effects(singles, screening, problem, none, tell) if singles else []
     unknown = unexplained(compared, kernels)
     fits = tuple(sorted([*singles, *pairs], key=lambda fit: -fit.log_evidence))
     fits = (*(_less_exact(fit, problem) for fit in fits[:1]), *fits[1:])
+    hills = {fit.candidates[0]: fit.hills for fit in begun if fit.hills is not None}
+    fits = tuple(with_hills(fit, hills) for fit in fits)
     count = len({candidate.name for candidate in screening.atoms})
     followed = {candidate for fit in fits for candidate in fit.candidates}
     rest = [(one.name, none.log_evidence + more) for one, more in first_look.items() if one not in followed]
@@ -165,7 +163,12 @@ def _singles(screened: list[list[Start]], screening: Screening, problem: Problem
         found += sorted((fit for fit in fits if fit), key=lambda fit: -fit.log_evidence)[:1]
     found = [_scanned(fit, problem) for fit in found]
     found.sort(key=lambda fit: -fit.log_evidence)
-    return [_looked_about(fit, problem, none) for fit in found[:1]] + found[1:]
+    return [looked_about(fit, problem) if _is_rough(fit, none) else fit for fit in found[:1]] + found[1:]
+
+
+def _is_rough(fit: Fit, none: Fit) -> bool:
+    """Return whether an effect explains most, but leaves more than noise."""
+    return not explains_little(_power(fit), none) and chance_of_residual(fit) <= MISFIT
 
 
 def _scanned(fit: Fit, problem: Problem) -> Fit:
@@ -187,30 +190,6 @@ def _scanned(fit: Fit, problem: Problem) -> Fit:
         if there > best:
             best, start = there, place
     found = None if start is fit.position else refined([one], start, compared, machine, predictor)
-    return found if found and found.log_evidence > fit.log_evidence else fit
-
-
-def _looked_about(fit: Fit, problem: Problem, none: Fit) -> Fit:
-    """Return the fit of an effect that explains most, but leaves more than noise, or a better one from near by.
-
-    A contact that opens in one condition and not in the next makes hills of the likelihood on which every step ends.
-    """
-    if explains_little(_power(fit), none) or chance_of_residual(fit) > MISFIT:
-        return fit
-    compared, machine, predictor = problem.plain(), problem.baseline.machine, problem.predictor
-    response, generator = Responses(fit.candidates, machine, predictor), np.random.default_rng(0)
-    in_time = not response.repeats(fit.position)
-    if in_time and not fit.candidates[0].effect.IDEALISED:
-        return fit
-    at, most = fit.position, density(response, fit.position, compared)
-    for reach in REACHES:
-        places = at + generator.normal(scale=reach, size=(DRAWS, at.size))
-        response.prepare(list(places))
-        values = [density(response, place, compared) for place in places]
-        best = int(np.argmax(values))
-        if values[best] > most:
-            at, most = places[best], values[best]
-    found = None if at is fit.position else refined(fit.candidates, at, compared, machine, predictor)
     return found if found and found.log_evidence > fit.log_evidence else fit
 
 
