@@ -96,6 +96,8 @@ def lost_samples(signal: np.ndarray) -> np.ndarray:
     [False, False, True, True, False, True, True, False]
     """
     lost = ~np.isfinite(signal)
+    if lost.all():
+        return lost
     same = np.concatenate([[False], signal[1:] == signal[:-1]])
     low, high = _ends(signal)
     for outermost in (signal <= low, signal >= high):

@@ -60,8 +60,9 @@ def test_the_lines_are_those_of_the_whole_record(damage, share):
     assert wrong < 0.05 * share / 0.25
 
 
-def test_where_too_much_is_lost_nothing_is_put_back():
-    assert mended([_recording(_whole()), _recording(_missing(_whole(), 0.4))], {"a"}) is None
+@pytest.mark.parametrize("share", [0.4, 1.1])
+def test_where_too_much_is_lost_nothing_is_put_back(share):
+    assert mended([_recording(_whole()), _recording(_missing(_whole(), share))], {"a"}) is None
 
 
 @settings(max_examples=20, deadline=None)
