@@ -60,7 +60,8 @@ def measured_gain(
     calibrated = problem.plain().expected
     given = residual_power(problem, problem.predictor.amplitudes(machine))
     added = tuple(as_effect(one) for one in forces)
-    best = posterior.named if added or posterior.named.candidates else winner(posterior)
+    # Of the machine that is written: where nothing is named and nothing added, that is the calibrated one.
+    best = posterior.named
     # What cannot be told apart from the name is no placebo.
     alike = {name for names in judged(posterior.probabilities)[2] for name in names} | set(best.names)
     others = [fit for fit in posterior.fits if not set(fit.names) & alike] if best.candidates or added else []
@@ -73,13 +74,6 @@ def measured_gain(
         smooth_function_db=_db(given, residual_power(problem, calibrated + _smooth(prepared, held_out, parameters))),
         held_out=prepared.held_out,
     )
-
-
-def winner(posterior: Posterior) -> Fit:
-    """Return the most probable hypothesis of none, one or two effects."""
-    fitted = {fit.names for fit in (*posterior.fits, posterior.none)}
-    names = next(names for names in posterior.probabilities if names in fitted)
-    return posterior.best(names)
 
 
 def explained(fit: Fit, problem: Problem, *, further: Sequence[Effect] = ()) -> np.ndarray:
