@@ -150,3 +150,6 @@ def test_no_cause_is_invented_for_what_is_unknown(real: Machine, sound: tuple[Re
     answer = explain_gap(Campaign(faulty, sound), amb_rotor, only=COMPETING)
     assert answer.kind == "unknown"
     assert not answer.causes
+    # Nothing is added: the machine that is written is the calibrated one, and so is its gain.
+    assert not answer.empirical
+    assert answer.gain.held_out_db == pytest.approx(answer.gain.calibration_only_db)
