@@ -26,8 +26,8 @@ lint: $(VENV)/stamp-lint
 	$(BIN)/pyright --pythonpath $(BIN)/python
 
 # With the oldest versions that pyproject.toml allows: what reads and writes files, the signal processing, the learning,
-# and the simulators' solvers on every machine. One BLAS thread: with several, numpy 1.26 rounds differently from process
-# to process, and datasets would not be the same to the last bit.
+# and the simulators' solvers on every machine, but for some slow files. One BLAS thread: with several, numpy 1.26 rounds
+# differently from process to process, and datasets would not be the same to the last bit.
 OLDEST := tests/datasets tests/signal tests/diagnose/signal tests/severity tests/report tests/diagnose/learning \
   tests/diagnose/test_blocks_and_features.py tests/diagnose/test_faults.py tests/simulators/solvers tests/simulators/machines
 

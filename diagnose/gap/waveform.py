@@ -33,7 +33,7 @@ ONLY_IN_WAVEFORM = frozenset((*SHOWN_BY.values(), "speed_wander"))
 LOSSY = ("clipping", "dropped_samples")
 #: A spectrum that rises towards its end may be folded, or be a resonance that a bearing's defect rings.
 SUSPECTED = frozenset({"aliasing"})
-#: Relative error of the lines of a channel that shows a defect.
+#: Relative error of the lines of a channel that shows a defect, where that was not mended.
 DOUBT = 0.2
 #: Change of speed within a record, by its tacho, that counts as wander, and growth over the healthy records, which also
 #: holds for what only the phase of 1X shows.
