@@ -175,6 +175,10 @@ class Machine:
 
     def to_toml(self) -> str:
         """Return the machine as text that `machine_from_toml` reads back unchanged."""
+        return self._toml
+
+    @functools.cached_property
+    def _toml(self) -> str:
         lines = [f"format = {FILE_FORMAT}", f"machine = {json.dumps(self.name)}"]
         lines += [f"preset = {json.dumps(self.preset_name)}", "", "[parameters]"]
         lines += [f"{name} = {_number(value)}" for name, value in self.changed.items()]

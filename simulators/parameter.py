@@ -118,14 +118,19 @@ class Parameter:
 
     def checked(self, value: object) -> float:
         """Return ``value`` as a float within the bounds, or raise InvalidValueError."""
-        allowed = f"allowed: {self.bounds[0]:g} to {self.bounds[1]:g}{' ' + self.unit if self.unit else ''}"
         try:
             number = float(value)  # type: ignore[arg-type]
         except (TypeError, ValueError):
-            raise InvalidValueError(f"{self.name} = {value!r} is not a number; {allowed}. Give a number.") from None
+            raise InvalidValueError(
+                f"{self.name} = {value!r} is not a number; {self._allowed}. Give a number."
+            ) from None
         if isinstance(value, bool) or not self.bounds[0] <= number <= self.bounds[1]:
-            raise InvalidValueError(f"{self.name} = {value!r}; {allowed} ({self.meaning}). Correct the value.")
+            raise InvalidValueError(f"{self.name} = {value!r}; {self._allowed} ({self.meaning}). Correct the value.")
         return number
+
+    @property
+    def _allowed(self) -> str:
+        return f"allowed: {self.bounds[0]:g} to {self.bounds[1]:g}{' ' + self.unit if self.unit else ''}"
 
 
 def parameter(

@@ -22,6 +22,7 @@ from .baseline import Baseline, ModelError, error_covariance, noise_covariance, 
 from .lines import OrderLines, joined, stacked, unstacked
 from .predict import Predictor
 from .transfer_error import TransferError, none_of
+from .whitening import Whitening, lower_solved
 
 #: Of lines with phase, and of sizes of lines without: transfer paths at high frequencies are known to a factor.
 LAW_TOLERANCE, LAW_TOLERANCE_OF_SIZES = 0.15, 0.5
@@ -79,10 +80,12 @@ class Comparison:
 
     def whitened(self, response: np.ndarray) -> np.ndarray:
         """Return responses (..., conditions, probes, orders) as whitened real vectors (..., reals)."""
-        from scipy.linalg import solve_triangular
+        return self.whitening.whole(response)
 
-        flat = stacked(response, self.lines.parts)
-        return solve_triangular(self.factor, flat.reshape(-1, flat.shape[-1]).T, lower=True).T.reshape(flat.shape)
+    @cached_property
+    def whitening(self) -> Whitening:
+        """How lines become vectors of unit variance here."""
+        return Whitening(self.factor, self.lines.parts)
 
     def widened(self, added: np.ndarray) -> Comparison:
         """Return the comparison with a further covariance (reals, reals) of the stacked lines."""
@@ -197,13 +200,14 @@ def comparison(
         own = stacked(at_healthy.slopes, healthy.parts)
         inner = own.T @ (variance * own) + inner + noise_covariance(healthy)
         between = own.T @ (variance * flat) + between
-        weights = np.linalg.solve(inner, np.concatenate([between, (variance * own).T], axis=1))
-        to_lines, to_unknowns = weights[:, : flat.shape[1]], weights[:, flat.shape[1] :]
         there = at_healthy.lines + np.tensordot(baseline.prior_mean, at_healthy.slopes, 1)
         left = stacked(healthy.amplitudes - there, healthy.parts)
-        expected = expected + unstacked(to_lines.T @ left, parts)
-        covariance = covariance - between.T @ to_lines
-        known, cross = known + to_unknowns.T @ left, cross - to_unknowns.T @ between
+        lower = _factored(inner)
+        to_lines, to_unknowns = lower_solved(lower, between), lower_solved(lower, (variance * own).T)
+        white = lower_solved(lower, left)
+        expected = expected + unstacked(to_lines.T @ white, parts)
+        covariance = covariance - to_lines.T @ to_lines
+        known, cross = known + to_unknowns.T @ white, cross - to_unknowns.T @ to_lines
         # The machine has been stopped and started in between: its own parameters are not quite the same.
         covariance = covariance + flat.T @ (baseline.drift[:, None] ** 2 * flat)
         cross = cross + baseline.drift[:, None] ** 2 * flat
@@ -237,13 +241,11 @@ def _compared(
     cross: np.ndarray,
 ) -> Comparison:
     """Return the comparison of stacked lines that leave ``left`` (reals,) of what is expected."""
-    from scipy.linalg import solve_triangular
-
     # Rounding may leave a tiny negative direction where slopes and errors are far larger than the noise.
     covariance = (covariance + covariance.T) / 2 + np.diag(1e-12 * np.diag(covariance))
     factor = _factored(covariance)
-    residual = solve_triangular(factor, left, lower=True)
-    learnt = solve_triangular(factor, cross.T, lower=True).T
+    residual = lower_solved(factor, left)
+    learnt = lower_solved(factor, cross.T).T
     constant = -float(np.log(np.diag(factor)).sum()) - 0.5 * residual.size * math.log(2 * math.pi)
     return Comparison(lines, expected, covariance, factor, residual, constant, known, learnt, none_of(lines))
 
@@ -282,24 +284,19 @@ def law_columns(compared: Comparison, response: np.ndarray, *, idealised: bool) 
     present = np.flatnonzero(np.abs(response).max(axis=(0, 1)) > 0)
     if not present.size:
         return np.zeros((0, compared.residual.size))
-    law, apart = (own[present] for own in _tolerances(compared.lines, compared.inexact if idealised else 0.0))
-    whole = np.zeros((present.size, *response.shape), dtype=complex)
-    single = np.zeros((present.size, response.shape[1], *response.shape), dtype=complex)
-    for row, order in enumerate(present):
-        whole[row, :, :, order] = response[:, :, order]
-        for probe in range(response.shape[1]):
-            single[row, probe, :, probe, order] = apart[row] * response[:, probe, order]
-    white = compared.whitened(np.concatenate([whole, 1j * whole]))
-    power = (white**2).sum(axis=1)
-    strongest = int(np.argmax(power[: present.size]))
-    weaker = [k for k, own in enumerate(power) if own > 1e-3 and k % present.size != strongest]
-    single = single.reshape(-1, *response.shape)
-    probes = compared.whitened(np.concatenate([single, 1j * single]))
+    law, apart = _tolerances(compared.lines, compared.inexact if idealised else 0.0)
+    each = compared.whitening.of_probes(response)[:, present]
+    whole = each.sum(axis=2)
+    power = (whole**2).sum(axis=2)
+    weaker = power > 1e-3
+    weaker[:, int(np.argmax(power[0]))] = False
+    orders = (law[present, None] * whole)[weaker]
+    probes = (apart[present, None, None] * each).reshape(-1, each.shape[-1])
     scattered = compared.whitened(_scattered_sizes(compared.lines, response))
     transfer = compared.transfer.at_least(compared.inexact * IDEALISED_TRANSFER if idealised else 0.0)
     passed = transfer.directions(response, compared.lines.conditions)
     wrongly = compared.whitened(np.concatenate([passed, 1j * passed]))
-    columns = np.concatenate([np.tile(law, 2)[weaker, None] * white[weaker], probes, scattered, wrongly])
+    columns = np.concatenate([orders, probes, scattered, wrongly])
     return columns[(columns**2).sum(axis=1) > 1e-3]
 
 
@@ -318,14 +315,8 @@ def strength_columns(compared: Comparison, response: np.ndarray) -> np.ndarray:
 
     They look like another strength, and cost no fit anything; the strength's interval has to hold them.
     """
-    power = [float((compared.whitened(one) ** 2).sum()) for one in _orders(response)]
-    strongest = _orders(response)[int(np.argmax(power))]
-    return STRENGTH_TOLERANCE * compared.whitened(np.stack([strongest, 1j * strongest]))
-
-
-def _orders(response: np.ndarray) -> np.ndarray:
-    """Return a response (conditions, probes, orders) split into its orders, shape (orders, ...) of itself."""
-    return np.moveaxis(response[..., None] * np.eye(response.shape[-1]), -1, 0)
+    each = compared.whitening.of_orders(response)
+    return STRENGTH_TOLERANCE * each[:, int(np.argmax((each[0] ** 2).sum(axis=1)))]
 
 
 def _size_in_each(lines: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ from .evidence import Comparison, Problem, Widened, log_density, model_errors
 from .lines import stacked
 from .predict import UnpredictableError
 from .refine import Fit, fit_at, laws_of, own_responses, refined
+from .whitening import lower_solved
 
 #: Longest move of the machine's coordinates, and how often one that makes it worse is halved.
 LONGEST_MOVE, HALVED = 1.0, 2
@@ -117,7 +118,7 @@ def _density_of_healthy(problem: Problem) -> float:
     errors, *_ = model_errors(healthy, problem.lines, problem.error)
     covariance = errors + noise_covariance(healthy) + (slopes.T * there.prior**2) @ slopes
     lower = np.linalg.cholesky(covariance)
-    white = np.linalg.solve(lower, stacked(healthy.amplitudes - there.lines, healthy.parts))
+    white = lower_solved(lower, stacked(healthy.amplitudes - there.lines, healthy.parts))
     return -0.5 * float(white @ white) - float(np.log(np.diag(lower)).sum())
 
 

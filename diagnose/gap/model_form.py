@@ -25,6 +25,7 @@ from .lines import OrderLines, stacked
 from .predict import Predictor
 from .result import Estimate, LackingTerm, ModelForm
 from .stable import is_stable
+from .whitening import lower_solved
 
 #: Healthy conditions needed: what grows with the speed shows at three or more.
 LEAST_CONDITIONS = 3
@@ -244,7 +245,7 @@ def _whitened(current: Baseline, healthy: OrderLines, factor: float) -> tuple[np
     left = stacked(healthy.amplitudes - current.lines, parts) - current.prior_mean @ slopes
     covariance = _lines_covariance(current, healthy, factor) + (slopes.T * current.prior**2) @ slopes
     lower = np.linalg.cholesky(covariance)
-    white = np.linalg.solve(lower, left)
+    white = lower_solved(lower, left)
     return lower, white, -0.5 * float(white @ white) - float(np.log(np.diag(lower)).sum())
 
 
@@ -268,7 +269,7 @@ def _gains(current: Baseline, healthy: OrderLines, terms: Sequence[Term]) -> np.
     for factor in ERROR_FACTORS:
         lower, white, density = _whitened(current, healthy, factor)
         plain.append(density)
-        with_term.append([density + _gain(np.linalg.solve(lower, own), white) for own in slopes])
+        with_term.append([density + _gain(lower_solved(lower, own), white) for own in slopes])
     return np.max(with_term, axis=0) - max(plain)
 
 

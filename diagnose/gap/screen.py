@@ -211,7 +211,7 @@ def _rated(
     """Return gain of likelihood and prior, position and response of an atom at its best strength and best angles."""
     found = []
     reach = FAR if atom.proportional else NEAR
-    parts = _parts(atom, compared)
+    parts = compared.whitening.of_orders(atom.response)
     for angle in _best_angles(parts, orders, wanted) if atom.turning >= 0 else [0.0]:
         white = _at_angle(parts, orders, angle)
         power = float(white @ white)
@@ -290,14 +290,6 @@ def _scaled(candidate: Candidate, atom: Atom, scale: float) -> np.ndarray:
         if found is not None:
             return found
     return atom.position.copy()
-
-
-def _parts(atom: Atom, compared: Comparison) -> np.ndarray:
-    """Return the whitened response of each order, and of each order a quarter turn on, shape (2, orders, reals)."""
-    single = np.zeros((atom.response.shape[-1], *atom.response.shape), dtype=complex)
-    for order in range(single.shape[0]):
-        single[order, ..., order] = atom.response[..., order]
-    return np.stack([compared.whitened(single), compared.whitened(1j * single)])
 
 
 def _at_angle(parts: np.ndarray, orders: np.ndarray, angle: float) -> np.ndarray:

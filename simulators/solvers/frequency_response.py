@@ -74,9 +74,11 @@ def responses(
         Generalised forces.
     """
     found = np.empty((len(lanes), lanes[0].count + 1, rows.shape[0], columns.shape[1]), dtype=complex)
-    keys = [_key(system) for system in systems] if any(own is not systems[0] for own in systems) else [_key(systems[0])]
-    for key in dict.fromkeys(keys):
-        chosen = [i for i in range(len(lanes)) if len(keys) == 1 or keys[i] == key]
+    keys = {id(system): _key(system) for system in {id(system): system for system in systems}.values()}
+    of_key: dict[tuple[bytes, ...], list[int]] = {}
+    for i, system in enumerate(systems):
+        of_key.setdefault(keys[id(system)], []).append(i)
+    for key, chosen in of_key.items():
         found[chosen] = _of_core(key, systems[chosen[0]], [lanes[i] for i in chosen], rows, columns)
     return found
 
