@@ -96,6 +96,8 @@ class Parameter:
         For a strength: the value at which the effect is absent.
     only_with : str
         Name of the strength without which this parameter does nothing; empty where there is none.
+    period : float
+        Of an angle: by how much it can be changed without changing anything. A full turn, or a part of it.
     """
 
     name: str
@@ -107,6 +109,7 @@ class Parameter:
     prior: Prior | None = None
     zero: float | None = None
     only_with: str = ""
+    period: float = 2 * math.pi
 
     def __post_init__(self) -> None:
         for label, value in (("default", self.default), ("zero", self.zero)):
@@ -143,6 +146,7 @@ def parameter(
     prior: Prior | None = None,
     zero: float | None = None,
     only_with: str = "",
+    period: float = 2 * math.pi,
 ) -> Any:
     """Return a dataclass field that carries its `Parameter`; the default is the prior's median unless given."""
     if default is None:
@@ -150,7 +154,7 @@ def parameter(
             raise InvalidValueError("A parameter has neither a default nor a prior; give one of the two.")
         default = prior.median
     # The field's name is not known yet; `parameters_of` puts it in.
-    declared = Parameter("", unit, default, bounds, meaning, source, prior, zero, only_with)
+    declared = Parameter("", unit, default, bounds, meaning, source, prior, zero, only_with, period)
     return dataclasses.field(default=default, metadata={"parameter": declared})
 
 

@@ -32,10 +32,12 @@ class Coordinate:
 
     @property
     def is_angle(self) -> bool:
-        """Whether every direction of a full turn is equally likely, so that the coordinate has no ends."""
-        prior = self.parameter.prior
-        full_turn = isinstance(prior, Uniform) and abs(prior.high - prior.low - 2 * math.pi) < 1e-6
-        return full_turn and self.parameter.unit == "rad"
+        """Whether every direction is equally likely, so that the coordinate has no ends."""
+        prior, period = self.parameter.prior, self.parameter.period
+        if not isinstance(prior, Uniform) or self.parameter.unit != "rad":
+            return False
+        turns = (prior.high - prior.low) / period
+        return turns > 0.5 and abs(turns - round(turns)) < 1e-6
 
     @property
     def precision(self) -> float:
@@ -43,15 +45,20 @@ class Coordinate:
         return 0.0 if self.is_angle else 1.0
 
     @property
+    def least_precision(self) -> float:
+        """The same, on a circle that of a flat prior over the period."""
+        return 12 / self.parameter.period**2 if self.is_angle else 1.0
+
+    @property
     def log_constant(self) -> float:
         """Logarithm of the prior density at coordinate 0."""
-        return -math.log(2 * math.pi) * (1.0 if self.is_angle else 0.5)
+        return -math.log(self.parameter.period) if self.is_angle else -0.5 * math.log(2 * math.pi)
 
     def value(self, coordinate: float) -> float:
         """Return the parameter's value, kept within its bounds."""
         prior = self.parameter.prior
         if self.is_angle:
-            raw = math.remainder(coordinate, 2 * math.pi)
+            raw = math.remainder(coordinate, self.parameter.period)
         elif isinstance(prior, LogNormal):
             raw = prior.median * prior.factor**coordinate
         elif isinstance(prior, Normal):
@@ -66,7 +73,7 @@ class Coordinate:
         """Return the coordinate of a value; far outside the prior, 4 standard deviations."""
         prior = self.parameter.prior
         if self.is_angle:
-            return math.remainder(value, 2 * math.pi)
+            return math.remainder(value, self.parameter.period)
         if isinstance(prior, LogNormal):
             return max(math.log(max(value, 1e-300) / prior.median) / math.log(prior.factor), -FAR)
         if isinstance(prior, Normal):
@@ -75,8 +82,8 @@ class Coordinate:
         return _normal_quantile((value - prior.low) / (prior.high - prior.low))
 
     def at_share(self, share: float) -> float:
-        """Return the coordinate below which a share of the prior lies; round a circle, that share of a turn."""
-        return 2 * math.pi * share if self.is_angle else _normal_quantile(share)
+        """Return the coordinate below which a share of the prior lies; round a circle, that share of its period."""
+        return self.parameter.period * share if self.is_angle else _normal_quantile(share)
 
     def quantiles(self, count: int) -> list[float]:
         """Return coordinates of equally likely parts of the prior, their middles; evenly round a circle."""

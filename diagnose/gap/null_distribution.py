@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from .evidence import Widened
-from .refine import CIRCLE_PRECISION, Fit
+from .refine import Fit
 
 DRAWS = 1000
 #: Fewer draws than this above a residual do not tell its chance: the tail of a gamma distribution through all does.
@@ -38,7 +38,7 @@ def null_of(fit: Fit, *, seed: int) -> np.ndarray:
     drawn += generator.normal(size=(DRAWS, fit.law.shape[0])) @ fit.law
     if fit.candidates and fit.compared is not None:
         slopes = fit.compared.whitened(fit.slopes)
-        held = np.array([CIRCLE_PRECISION if c.is_angle else c.precision for c in fit.coordinates])
+        held = np.array([c.least_precision for c in fit.coordinates])
         information = slopes @ law.solve(slopes).T + np.diag(held)
         values = np.linalg.solve(information, slopes @ law.solve(drawn).T)
         drawn -= values.T @ slopes

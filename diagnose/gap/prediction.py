@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .evidence import Comparison
-from .refine import CIRCLE_PRECISION, Fit
+from .refine import Fit
 from .result import Score
 from .unknown_force import Unknown
 
@@ -39,7 +39,7 @@ def prior_of(fit: Fit, residual: np.ndarray, slopes: np.ndarray, law: np.ndarray
     law : ndarray (directions, reals)
         Whitened directions in which the law may be wrong.
     """
-    precision = np.array([CIRCLE_PRECISION if c.is_angle else c.precision for c in fit.coordinates])
+    precision = np.array([c.least_precision for c in fit.coordinates])
     # The mean is that at the middle of the prior; an angle is taken where it was found.
     known = np.array([not c.is_angle for c in fit.coordinates], dtype=bool)
     return residual + (fit.position * known) @ slopes, np.concatenate([law, slopes / np.sqrt(precision)[:, None]])

@@ -25,8 +25,6 @@ from .predict import Predictor, UnpredictableError
 from .responses import STEP, Responses, with_candidates
 
 FIRST_STEPS, MOST_STEPS = 3, 12
-#: Least precision of an angle: of a flat prior on a full circle.
-CIRCLE_PRECISION = 12 / (2 * math.pi) ** 2
 LONGEST_MOVE = 1.0
 #: Ever shorter moves that are tried at a step, and gain of the logarithm below which no further step is made; also
 #: where each is a simulation, which repeats itself no better than to some tenths.
@@ -108,8 +106,8 @@ class Fit:
         reach = float(ndtri(0.5 + share / 2)) * max(deviation, least)
         one, at = self.coordinates[number], float(self.position[number])
         if one.is_angle:
-            around = one.value(at) - reach, one.value(at) + reach
-            return around if self.tells(number) and reach < math.pi else (-math.pi, math.pi)
+            around, half = (one.value(at) - reach, one.value(at) + reach), one.parameter.period / 2
+            return around if self.tells(number) and reach < half else (-half, half)
         low, high = sorted((one.value(at - reach), one.value(at + reach)))
         return low, high
 
@@ -121,8 +119,7 @@ class Fit:
     def tells(self, number: int) -> bool:
         """Return whether the data say clearly more of a coordinate than its prior does."""
         one = self.coordinates[number]
-        known = CIRCLE_PRECISION if one.is_angle else one.precision
-        return math.sqrt(self.covariance[number, number] * known) < TOLD
+        return math.sqrt(self.covariance[number, number] * one.least_precision) < TOLD
 
     def values(self) -> list[dict[str, float]]:
         """Return each effect's values by name."""
@@ -194,7 +191,7 @@ def fit_at(
     law = laws_of(compared, chosen, own)
     residual = compared.residual - compared.whitened(added)
     white = compared.whitened(slopes)
-    least = np.where([c.is_angle for c in coordinates], CIRCLE_PRECISION, _precision(chosen))
+    least = np.array([c.least_precision for c in coordinates])
     information = white @ law.solve(white).T + np.diag(least)
     evidence = (
         log_density(compared, residual, law)

@@ -184,7 +184,7 @@ def _causes(best: Fit, probabilities: Mapping[tuple[str, ...], float], machine: 
             parameter = best.coordinates[number].parameter
             anywhere = best.coordinates[number].is_angle and not has_phase
             told = best.tells(number) and not anywhere
-            low, high = (-math.pi, math.pi) if anywhere else best.interval(number)
+            low, high = (-parameter.period / 2, parameter.period / 2) if anywhere else best.interval(number)
             alike = in_band(candidate.at(best.position[start:stop]), machine, parameter.name)
             low, high = (min(low, alike[0]), max(high, alike[1])) if alike else (low, high)
             estimates[parameter.name] = Estimate(values[parameter.name], low, high, parameter.unit, told)

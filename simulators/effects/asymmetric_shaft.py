@@ -56,6 +56,7 @@ class AsymmetricShaft(Effect):
         prior=Uniform(-math.pi, math.pi),
         meaning="soft direction from x at shaft angle 0, in the sense of rotation",
         source="any angle is equally likely",
+        period=math.pi,
     )
     position: float = parameter(
         unit="",

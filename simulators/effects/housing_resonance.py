@@ -76,6 +76,7 @@ class HousingResonance(Effect):
         prior=Uniform(0.0, math.pi),
         meaning="direction n of its motion from x; pi/2 is vertical",
         source="any direction is equally likely",
+        period=math.pi,
     )
 
     def contribute(self, assembly: Assembly) -> None:

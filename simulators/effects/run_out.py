@@ -39,6 +39,7 @@ def _place(harmonic: int) -> Any:
         prior=Uniform(-math.pi, math.pi),
         meaning=f"angle from x to a high spot of harmonic {harmonic} at shaft angle 0",
         source="any angle is equally likely",
+        period=2 * math.pi / harmonic,
         only_with=f"harmonic_{harmonic}_m",
     )
 

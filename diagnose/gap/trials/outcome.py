@@ -185,7 +185,8 @@ def from_line(line: str) -> Outcome:
     )
 
 
-def is_angle(effect: str, parameter: str) -> bool:
-    """Return whether a parameter of an effect is an angle, so that full turns do not count."""
+def period_of(effect: str, parameter: str) -> float:
+    """Return by how much a parameter of an effect can be changed without changing anything; infinity for no angle."""
     declared = {one.name: one for one in effect_catalogue()[effect].parameters()}
-    return parameter in declared and declared[parameter].unit == "rad"
+    is_angle = parameter in declared and declared[parameter].unit == "rad"
+    return declared[parameter].period if is_angle else math.inf

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from .outcome import NOTHING, TOLD_CAUSE, Outcome, is_angle
+from .outcome import NOTHING, TOLD_CAUSE, Outcome, period_of
 
 #: Classes of detectability, by their lower ends.
 CLASSES = (("below 20", 0.0, 20.0), ("20 to 100", 20.0, 100.0), ("100 and more", 100.0, math.inf))
@@ -63,7 +63,7 @@ class Scores:
     reliability : tuple of Bin
     coverage90 : float
         Share of true values inside their 90 % intervals, of rightly named effects at the right part; angles count
-        modulo a full turn.
+        modulo their period.
     gain_db, oracle_gain_db : float
         Median held-out gain of trials with one or two hidden effects of d2 20 or more, and that of the engine that
         considers the true effects only.
@@ -198,17 +198,17 @@ def coverage(outcomes: Sequence[Outcome]) -> float:
             for named in one.named:
                 if (named.effect, named.at) == (truth.effect, truth.at):
                     inside += [
-                        _lies_in(truth.values[name], low, high, angle=is_angle(truth.effect, name))
+                        _lies_in(truth.values[name], low, high, period_of(truth.effect, name))
                         for name, (_, low, high) in named.parameters.items()
                         if name in truth.values
                     ]
     return _mean([float(lies) for lies in inside])
 
 
-def _lies_in(value: float, low: float, high: float, *, angle: bool) -> bool:
-    if not angle:
+def _lies_in(value: float, low: float, high: float, period: float) -> bool:
+    if math.isinf(period):
         return low <= value <= high
-    return (value - low) % (2 * math.pi) <= high - low
+    return (value - low) % period <= high - low
 
 
 def _by_effect(single: Sequence[Outcome]) -> dict[str, dict[str, Any]]:

@@ -10,8 +10,8 @@ from rotorwise.diagnose.gap.coordinates import Coordinate, log_prior
 from rotorwise.simulators.parameter import LogNormal, Normal, Parameter, Uniform
 
 
-def _coordinate(prior, unit="", bounds=(-1e9, 1e9)) -> Coordinate:
-    return Coordinate(Parameter("p", unit, prior.median, bounds, "a number", "test", prior, None))
+def _coordinate(prior, unit="", bounds=(-1e9, 1e9), period=2 * math.pi) -> Coordinate:
+    return Coordinate(Parameter("p", unit, prior.median, bounds, "a number", "test", prior, period=period))
 
 
 PRIORS = [LogNormal(2.0, 3.0), Normal(-1.0, 0.5), Uniform(2.0, 5.0)]
@@ -41,6 +41,17 @@ def test_an_angle_has_no_ends():
     assert one.value(0.3 + 4 * math.pi) == pytest.approx(0.3)
     assert log_prior([one], np.array([17.0])) == pytest.approx(-math.log(2 * math.pi))
     assert not _coordinate(Uniform(0.0, math.pi), unit="rad").is_angle
+
+
+def test_an_angle_that_repeats_within_a_turn_is_known_to_its_period():
+    one = _coordinate(Uniform(-math.pi, math.pi), unit="rad", bounds=(-math.pi, math.pi), period=math.pi / 2)
+    assert one.is_angle
+    assert one.value(0.3 + math.pi / 2) == pytest.approx(0.3)
+    assert one.coordinate(0.3 - math.pi) == pytest.approx(0.3)
+    # All the places that do the same are one: its density is that of a flat prior over one period.
+    assert log_prior([one], np.array([0.3])) == pytest.approx(-math.log(math.pi / 2))
+    assert one.least_precision == pytest.approx(1 / (math.pi / 2 / math.sqrt(12)) ** 2)
+    assert max(one.quantiles(8)) < math.pi / 2
 
 
 @pytest.mark.parametrize("prior", PRIORS)
