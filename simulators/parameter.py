@@ -98,6 +98,8 @@ class Parameter:
         Name of the strength without which this parameter does nothing; empty where there is none.
     period : float
         Of an angle: by how much it can be changed without changing anything. A full turn, or a part of it.
+    chooses : bool
+        Whether it only says which part is meant, the nearest bolt or tooth: it then has no slope.
     """
 
     name: str
@@ -110,6 +112,7 @@ class Parameter:
     zero: float | None = None
     only_with: str = ""
     period: float = 2 * math.pi
+    chooses: bool = False
 
     def __post_init__(self) -> None:
         for label, value in (("default", self.default), ("zero", self.zero)):
@@ -147,6 +150,7 @@ def parameter(
     zero: float | None = None,
     only_with: str = "",
     period: float = 2 * math.pi,
+    chooses: bool = False,
 ) -> Any:
     """Return a dataclass field that carries its `Parameter`; the default is the prior's median unless given."""
     if default is None:
@@ -154,7 +158,7 @@ def parameter(
             raise InvalidValueError("A parameter has neither a default nor a prior; give one of the two.")
         default = prior.median
     # The field's name is not known yet; `parameters_of` puts it in.
-    declared = Parameter("", unit, default, bounds, meaning, source, prior, zero, only_with, period)
+    declared = Parameter("", unit, default, bounds, meaning, source, prior, zero, only_with, period, chooses)
     return dataclasses.field(default=default, metadata={"parameter": declared})
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -64,6 +64,8 @@ class Fit:
         In which it was fitted.
     hills : ndarray (coordinates, coordinates), optional
         Second moment of how far other hills of the likelihood lie away, where that was looked at.
+    arcs : mapping of int to float
+        Of angles that choose one part of several: how far to both sides the same part is chosen.
     """
 
     candidates: tuple[Candidate, ...]
@@ -78,6 +80,7 @@ class Fit:
     unknown_beside: frozenset[int] = frozenset()
     compared: Comparison | None = None
     hills: np.ndarray | None = None
+    arcs: Mapping[int, float] = field(default_factory=dict)
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -101,6 +104,9 @@ class Fit:
         """
         from scipy.special import ndtri
 
+        if number in self.arcs:
+            middle = self.coordinates[number].value(float(self.position[number]))
+            return middle - self.arcs[number], middle + self.arcs[number]
         deviation = math.sqrt(self.covariance[number, number])
         least = STRENGTH_TOLERANCE if self._acts_on_machine(number) and self.coordinates[number].is_angle else 0.0
         reach = float(ndtri(0.5 + share / 2)) * max(deviation, least)
@@ -119,7 +125,7 @@ class Fit:
     def tells(self, number: int) -> bool:
         """Return whether the data say clearly more of a coordinate than its prior does."""
         one = self.coordinates[number]
-        return math.sqrt(self.covariance[number, number] * one.least_precision) < TOLD
+        return number in self.arcs or math.sqrt(self.covariance[number, number] * one.least_precision) < TOLD
 
     def values(self) -> list[dict[str, float]]:
         """Return each effect's values by name."""

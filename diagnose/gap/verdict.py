@@ -19,6 +19,7 @@ from .gain import explained
 from .judged import judged
 from .model_form import form_of
 from .next_measurement import next_measurement
+from .plateaus import on_plateaus
 from .prediction import score_of, score_of_unknown
 from .refine import Fit
 from .result import Cause, Estimate, Gain, GapResult, ResidualLine, Score
@@ -52,7 +53,7 @@ def told(
     # A suspicion is a cause only where nothing else is, and the healthy machine's records do not raise it.
     suspects = kind == "none" and prepared.healthy is not None
     shown = {name: own for name, own in prepared.waveform.items() if suspects or name not in SUSPECTED}
-    best = posterior.named
+    best = on_plateaus(posterior.named, prepared.problem(prepared.fitted))
     compared = posterior.compared
     calibrated = prepared.baseline.machine
     everything = prepared.problem(range(len(prepared.measured.conditions)))

@@ -32,6 +32,7 @@ def tooth_angle() -> Any:
         prior=Uniform(-math.pi, math.pi),
         meaning="turn of the gear from shaft angle 0 until the tooth comes into mesh; the nearest tooth is meant",
         source="any tooth is equally likely",
+        chooses=True,
     )
 
 

@@ -50,6 +50,7 @@ class BoltLoss(Effect):
         prior=Uniform(-math.pi, math.pi),
         meaning="angle of the bolt from x at shaft angle 0, in the sense of rotation; the nearest bolt is meant",
         source="any bolt is equally likely",
+        chooses=True,
     )
 
     def contribute(self, assembly: Assembly) -> None:
