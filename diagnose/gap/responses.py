@@ -41,15 +41,13 @@ class Responses:
     def slopes(self, position: np.ndarray, added: np.ndarray, alive: np.ndarray) -> np.ndarray:
         """Return the derivatives in the coordinates at a position where the response is ``added``.
 
-        Only in the coordinates that are ``alive`` (coordinates,); the others are taken as 0, as that of an angle is which
-        chooses one part of several, where it has one.
+        Only in the coordinates that are ``alive`` (coordinates,); the others are taken as 0, and so are those in angles
+        that choose one part of several.
         """
-        chooses = [one.parameter.chooses for candidate in self.chosen for one in candidate.coordinates]
         step = STEP if self.repeats(position) else STEP_IN_TIME
-        moved = {
-            int(i): position + step * np.eye(position.size)[i]
-            for i in np.flatnonzero(alive & ~np.array(chooses, dtype=bool))
-        }
+        choose = [one.parameter.chooses for candidate in self.chosen for one in candidate.coordinates]
+        wanted = np.flatnonzero(alive & ~np.array(choose, dtype=bool))
+        moved = {int(i): position + step * np.eye(position.size)[i] for i in wanted}
         self.prepare(list(moved.values()))
         found = np.zeros((position.size, *added.shape), dtype=complex)
         for i, one in moved.items():
