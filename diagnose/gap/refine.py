@@ -66,6 +66,8 @@ class Fit:
         Second moment of how far other hills of the likelihood lie away, where that was looked at.
     arcs : mapping of int to float
         Of angles that choose one part of several: how far to both sides the same part is chosen.
+    mirrored : frozenset of int
+        Directions that may as well be their mirror image about the vertical.
     """
 
     candidates: tuple[Candidate, ...]
@@ -81,6 +83,7 @@ class Fit:
     compared: Comparison | None = None
     hills: np.ndarray | None = None
     arcs: Mapping[int, float] = field(default_factory=dict)
+    mirrored: frozenset[int] = frozenset()
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -115,6 +118,8 @@ class Fit:
             around, half = (one.value(at) - reach, one.value(at) + reach), one.parameter.period / 2
             return around if self.tells(number) and reach < half else (-half, half)
         low, high = sorted((one.value(at - reach), one.value(at + reach)))
+        if number in self.mirrored:
+            low, high = min(low, math.pi - high), max(high, math.pi - low)
         return low, high
 
     def _acts_on_machine(self, number: int) -> bool:

@@ -17,6 +17,7 @@ from .evidence import Comparison, Widened
 from .form_words import form_words
 from .gain import explained
 from .judged import judged
+from .mirrored import with_mirror_images
 from .model_form import form_of
 from .next_measurement import next_measurement
 from .plateaus import on_plateaus
@@ -53,7 +54,8 @@ def told(
     # A suspicion is a cause only where nothing else is, and the healthy machine's records do not raise it.
     suspects = kind == "none" and prepared.healthy is not None
     shown = {name: own for name, own in prepared.waveform.items() if suspects or name not in SUSPECTED}
-    best = on_plateaus(posterior.named, prepared.problem(prepared.fitted))
+    fitted_to = prepared.problem(prepared.fitted)
+    best = with_mirror_images(on_plateaus(posterior.named, fitted_to), fitted_to)
     compared = posterior.compared
     calibrated = prepared.baseline.machine
     everything = prepared.problem(range(len(prepared.measured.conditions)))

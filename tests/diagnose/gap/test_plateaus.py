@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from rotorwise.diagnose.gap.campaign import Campaign
+from rotorwise.datasets.recording import Campaign
 from rotorwise.diagnose.gap.explain import explain_gap
 from rotorwise.diagnose.gap.plateaus import PLACES, arc_of
 from rotorwise.simulators.effects.bolt_loss import BoltLoss
