@@ -1,4 +1,4 @@
-"""Scripts in a process of their own, and one in which compiled code finds no place to be kept."""
+"""Settings of hypothesis; scripts in a process of their own, and one where compiled code finds no place to be kept."""
 
 from __future__ import annotations
 
@@ -7,6 +7,11 @@ import sys
 from collections.abc import Callable
 
 import pytest
+from hypothesis import HealthCheck, settings
+
+# How long a test takes tells how busy the machine is. pytest's own limit of time holds for all.
+settings.register_profile("shared machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("shared machine")
 
 _NOWHERE = """
 from numba.core import caching

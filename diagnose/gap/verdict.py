@@ -54,8 +54,7 @@ def told(
     # A suspicion is a cause only where nothing else is, and the healthy machine's records do not raise it.
     suspects = kind == "none" and prepared.healthy is not None
     shown = {name: own for name, own in prepared.waveform.items() if suspects or name not in SUSPECTED}
-    fitted_to = prepared.problem(prepared.fitted)
-    best = with_mirror_images(on_plateaus(posterior.named, fitted_to), fitted_to)
+    best = _named(posterior, prepared)
     compared = posterior.compared
     calibrated = prepared.baseline.machine
     everything = prepared.problem(range(len(prepared.measured.conditions)))
@@ -100,6 +99,12 @@ def told(
         flawed=prepared.flawed,
         form=form,
     )
+
+
+def _named(posterior: Posterior, prepared: Prepared) -> Fit:
+    """Return the fit that is named, with what its slopes do not tell of its angles."""
+    problem = prepared.problem(prepared.fitted)
+    return with_mirror_images(on_plateaus(posterior.named, problem), problem)
 
 
 def _scores(posterior: Posterior) -> dict[tuple[str, ...], Score]:

@@ -24,7 +24,8 @@ from ..speed_profile import SpeedProfile, steady
 from ..system import System, build_system
 from .blas import single_blas_thread
 from .frequency_response import Spinning, responses
-from .periodic_balance import WORST, Responses, balanced_linear, balanced_newton
+from .newton_balance import WORST, balanced_newton
+from .periodic_balance import Responses, balanced_linear
 from .periodic_forces import periodic_forces
 
 #: Signals are sampled this many times finer than the highest harmonic; finer where they jump, as a jump is then known

@@ -17,10 +17,6 @@ import numpy as np
 
 from .periodic_forces import PeriodicForces
 
-MOST_STEPS = 40
-#: Relative change of the motions at which Newton's method ends, and above which it has found nothing.
-TOLERANCE, WORST = 1e-10, 1e-6
-
 
 @dataclass(frozen=True)
 class Responses:
@@ -53,7 +49,7 @@ class Responses:
 
     def motions(self, forces: np.ndarray) -> np.ndarray:
         """Return the motions (lanes, K + 1, motions) that forces (lanes, K + 1, forces) make."""
-        return _times(self.of_directions, forces)[:, :, self.directions] * self.factors
+        return times(self.of_directions, forces)[:, :, self.directions] * self.factors
 
 
 @dataclass(frozen=True)
@@ -79,115 +75,42 @@ class Slopes:
 def balanced_linear(forces: PeriodicForces, responding: Responses) -> np.ndarray:
     """Return the harmonics of linear forces in balance, shape (lanes, K + 1, forces)."""
     constant, slope = forces.linear_parts()
-    spectrum = _spectrum(constant, responding.top)
-    slopes = _slopes(slope, responding.top)
-    return _with_slopes(spectrum, slopes, _solved(spectrum, slopes, responding))
+    spectrum = spectrum_of(constant, responding.top)
+    slopes = slopes_of(slope, responding.top)
+    return with_slopes(spectrum, slopes, solved(spectrum, slopes, responding))
 
 
-def balanced_newton(forces: PeriodicForces, responding: Responses) -> tuple[np.ndarray, np.ndarray]:
-    """Return the harmonics of the forces in balance, (lanes, K + 1, forces), and the last relative change of each lane.
-
-    Newton's method from rest, each lane until it has converged: nonlinear forces are replaced by their slopes along the
-    motion found last. A lane that does not converge ends with a change above `WORST`, or not a number.
-    """
-    constant, slope = forces.linear_parts()
-    given, linear = _spectrum(constant, responding.top), _slopes(slope, responding.top)
-    lanes = given.shape[0]
-    found = np.zeros(responding.factors.shape, dtype=complex)
-    change = np.full(lanes, np.inf)
-    going = np.arange(lanes)
-    for _ in range(MOST_STEPS):
-        pushes, slopes = _linearised(forces, going, found[going], constant.shape)
-        spectrum = given[going] + pushes
-        both = _joined(linear.of(going), slopes)
-        own = responding.of(going)
-        following = own.motions(_with_slopes(spectrum, both, _solved(spectrum, both, own)))
-        scale = np.abs(following).max(axis=(1, 2))
-        moved = np.abs(following - found[going]).max(axis=(1, 2))
-        change[going] = np.divide(moved, scale, out=np.zeros(going.size), where=scale != 0)
-        found[going] = following
-        going = going[np.isfinite(change[going]) & (change[going] >= TOLERANCE)]
-        if not going.size:
-            break
-    every = np.arange(lanes)
-    pushed = _with_slopes(given, linear, found) + _pushed(forces, every, found, constant.shape)
-    return pushed, change
-
-
-def _spectrum(waves: np.ndarray, top: int) -> np.ndarray:
+def spectrum_of(waves: np.ndarray, top: int) -> np.ndarray:
     """Return harmonics 0 to ``top`` of (forces, lanes, instants), shape (lanes, top + 1, forces)."""
     return (np.fft.rfft(waves)[..., : top + 1] / waves.shape[-1]).transpose(1, 2, 0)
 
 
-def _slopes(slope: dict[tuple[int, int], np.ndarray], top: int) -> Slopes:
+def slopes_of(slope: dict[tuple[int, int], np.ndarray], top: int) -> Slopes:
+    """Return the harmonics 0 to 2 ``top`` of slopes by (force, motion), each (lanes, instants)."""
     waves = np.array(list(slope.values())).reshape(len(slope), *next(iter(slope.values()), np.zeros((1, 1))).shape)
     pairs = np.array(list(slope)).reshape(-1, 2).astype(int)
     return Slopes(pairs, np.fft.rfft(waves)[..., : 2 * top + 1] / waves.shape[-1])
 
 
-def _joined(first: Slopes, second: Slopes) -> Slopes:
-    if not first.pairs.size:
-        return second
-    return Slopes(np.concatenate([first.pairs, second.pairs]), np.concatenate([first.spectrum, second.spectrum]))
-
-
-def _waves(motions: np.ndarray, instants: int) -> np.ndarray:
-    """Return x(t) over one period, shape (motions, lanes, instants), from harmonics (lanes, K + 1, motions)."""
-    return np.fft.irfft(motions.transpose(2, 0, 1) * instants, instants)
-
-
-def _pushed(forces: PeriodicForces, lanes: np.ndarray, motions: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    """Return the harmonics (lanes, K + 1, forces) of the nonlinear forces along motions (lanes, K + 1, motions)."""
-    x, u = _waves(motions, shape[2]), np.zeros((shape[0], lanes.size, shape[2]))
-    system = forces.systems[0]
-    for k in forces.nonlinear:
-        np.add.at(u, system.outputs[k], forces.pushed(k, lanes, x[system.inputs[k], None])[:, 0])
-    return _spectrum(u, motions.shape[1] - 1)
-
-
-def _linearised(
-    forces: PeriodicForces, lanes: np.ndarray, motions: np.ndarray, shape: tuple[int, ...]
-) -> tuple[np.ndarray, Slopes]:
-    """Return s (lanes, K + 1, forces) and S of the nonlinear forces along a motion, by central differences."""
-    x, constant = _waves(motions, shape[2]), np.zeros((shape[0], lanes.size, shape[2]))
-    slope: dict[tuple[int, int], np.ndarray] = {}
-    system = forces.systems[0]
-    for k in forces.nonlinear:
-        reads, acts = system.inputs[k], system.outputs[k]
-        own = x[reads]
-        width = (1e-6 * np.abs(own).max(axis=2) + 1e-12)[:, :, None]
-        points = np.repeat(own[:, None], 1 + 2 * reads.size, axis=1)
-        for j in range(reads.size):
-            points[j, 1 + 2 * j] += width[j]
-            points[j, 2 + 2 * j] -= width[j]
-        u = forces.pushed(k, lanes, points)
-        rising = (u[:, 1::2] - u[:, 2::2]) / (2 * width)
-        np.add.at(constant, acts, u[:, 0] - (rising * own).sum(axis=1))
-        for i, act in enumerate(acts.tolist()):
-            for j, read in enumerate(reads.tolist()):
-                slope[act, read] = slope.get((act, read), 0.0) + rising[i, j]
-    top = motions.shape[1] - 1
-    return _spectrum(constant, top), _slopes(slope, top)
-
-
-def _times(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+def times(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Return matrices (..., n, m) times vectors (..., m)."""
     return (matrices @ vectors[..., None])[..., 0]
 
 
-def _with_slopes(spectrum: np.ndarray, slopes: Slopes, motions: np.ndarray) -> np.ndarray:
+def with_slopes(spectrum: np.ndarray, slopes: Slopes, motions: np.ndarray) -> np.ndarray:
     """Return s_k + sum over l of S_(k-l) x_l, shape (lanes, K + 1, forces); ``motions`` (lanes, K + 1, motions)."""
     if not slopes.pairs.size:
         return spectrum
-    before, after = _shifted(slopes.spectrum)
+    before, after = shifted(slopes.spectrum)
     own = motions[:, :, slopes.pairs[:, 1]].transpose(2, 0, 1)
-    added = _times(before, own) + _times(after[..., 1:], np.conj(own[..., 1:]))
+    added = times(before, own) + times(after[..., 1:], np.conj(own[..., 1:]))
     found = spectrum.copy()
     for number, act in enumerate(slopes.pairs[:, 0]):
         found[:, :, act] += added[number]
     return found
 
 
-def _shifted(spectrum: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def shifted(spectrum: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return S_(k-l) and S_(k+l) for k, l = 0..K, each (pairs, lanes, K + 1, K + 1)."""
     order = np.arange((spectrum.shape[-1] + 1) // 2)
     lag = order[:, None] - order
@@ -195,7 +118,7 @@ def _shifted(spectrum: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.where(lag < 0, np.conj(before), before), spectrum[..., order[:, None] + order]
 
 
-def _solved(spectrum: np.ndarray, slopes: Slopes, responding: Responses) -> np.ndarray:
+def solved(spectrum: np.ndarray, slopes: Slopes, responding: Responses) -> np.ndarray:
     """Return the motions (lanes, K + 1, motions) that the forces s + S x make; those that no slope reads stay zero."""
     found = np.zeros(responding.factors.shape, dtype=complex)
     if not slopes.pairs.size:
@@ -203,43 +126,74 @@ def _solved(spectrum: np.ndarray, slopes: Slopes, responding: Responses) -> np.n
     wanted, place = np.unique(responding.directions[slopes.pairs[:, 1]], return_inverse=True)
     own = responding.of_directions[:, :, wanted]
     lanes, orders, size, _ = own.shape
-    # Axes: lanes, part and direction and order of the row, then of the column.
-    matrix = np.empty((lanes, 2, size, orders, 2, size, orders))
-    for at, (acts, before, after) in enumerate(_by_direction(slopes, place, responding.factors)):
-        column = own[:, :, :, acts]
-        one, other = (column @ before).swapaxes(1, 2), (column @ after).swapaxes(1, 2)
-        plus, minus = one + other, one - other
-        matrix[:, 0, :, :, 0, at] = -np.real(plus)
-        matrix[:, 0, :, :, 1, at] = np.imag(minus)
-        matrix[:, 1, :, :, 0, at] = -np.imag(plus)
-        matrix[:, 1, :, :, 1, at] = -np.real(minus)
-    unknowns = 2 * orders * size
-    matrix = matrix.reshape(lanes, unknowns, unknowns)
-    matrix[:, np.arange(unknowns), np.arange(unknowns)] += 1.0
-    right = _times(own, spectrum).swapaxes(1, 2)
+    matrix = unit_less(moved_by_slopes(own, slopes, place, responding.factors))
+    right = times(own, spectrum).swapaxes(1, 2)
     parts = np.concatenate([np.real(right).reshape(lanes, -1), np.imag(right).reshape(lanes, -1)], axis=1)
-    try:
-        solution = np.linalg.solve(matrix, parts[..., None]).reshape(lanes, 2, size, orders)
-    except np.linalg.LinAlgError:
-        solution = np.full((lanes, 2, size, orders), np.nan)
+    solution = solved_lanes(matrix, parts[..., None]).reshape(lanes, 2, size, orders)
     read = slopes.pairs[:, 1]
     moved = (solution[:, 0] + 1j * solution[:, 1]).swapaxes(1, 2)
     found[:, :, read] = moved[:, :, place] * responding.factors[:, :, read]
     return found
 
 
-def _by_direction(
+def moved_by_slopes(own: np.ndarray, slopes: Slopes, place: np.ndarray, factors: np.ndarray) -> np.ndarray:
+    """Return H S for real parts, then imaginary parts: what displacements do to themselves through the slopes.
+
+    Parameters
+    ----------
+    own : ndarray (lanes, K + 1, directions, forces), complex
+        H of these directions.
+    slopes : Slopes
+    place : ndarray of int (pairs,)
+        Which of these directions each pair reads.
+    factors : ndarray (lanes, K + 1, motions), complex
+
+    Returns
+    -------
+    ndarray (lanes, 2 x directions x (K + 1), the same), real
+    """
+    lanes, orders, size, _ = own.shape
+    # Axes: lanes, part and direction and order of the row, then of the column.
+    matrix = np.zeros((lanes, 2, size, orders, 2, size, orders))
+    for at, acts, before, after in by_direction(slopes, place, factors):
+        column = own[:, :, :, acts]
+        one, other = (column @ before).swapaxes(1, 2), (column @ after).swapaxes(1, 2)
+        plus, minus = one + other, one - other
+        matrix[:, 0, :, :, 0, at] = np.real(plus)
+        matrix[:, 0, :, :, 1, at] = -np.imag(minus)
+        matrix[:, 1, :, :, 0, at] = np.imag(plus)
+        matrix[:, 1, :, :, 1, at] = np.real(minus)
+    return matrix.reshape(lanes, 2 * orders * size, 2 * orders * size)
+
+
+def unit_less(matrix: np.ndarray) -> np.ndarray:
+    """Return 1 - A for each lane of A (lanes, n, n), in its place."""
+    np.negative(matrix, out=matrix)
+    own = np.arange(matrix.shape[1])
+    matrix[:, own, own] += 1.0
+    return matrix
+
+
+def solved_lanes(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Return the solutions of (lanes, n, n) for (lanes, n, columns); not numbers where a matrix is singular."""
+    try:
+        return np.linalg.solve(matrix, right)
+    except np.linalg.LinAlgError:
+        return np.full(right.shape, np.nan)
+
+
+def by_direction(
     slopes: Slopes, place: np.ndarray, factors: np.ndarray
-) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Give, for each direction, the forces of its pairs and S_(k-l), S_(k+l), each (lanes, K + 1, pairs, K + 1).
+) -> Iterator[tuple[int, np.ndarray, np.ndarray, np.ndarray]]:
+    """Give each direction, the forces of its pairs, and S_(k-l), S_(k+l), each (lanes, K + 1, pairs, K + 1).
 
     The former multiplies the displacement's harmonic l, the latter its conjugate.
     """
-    before, after = _shifted(slopes.spectrum)
+    before, after = shifted(slopes.spectrum)
     after[..., 0] = 0.0
-    for at in range(place.max() + 1):
+    for at in np.unique(place).tolist():
         own = np.flatnonzero(place == at)
         acts, reads = slopes.pairs[own].T
         factor = factors[:, :, reads].transpose(2, 0, 1)[:, :, None]
         first, second = before[own] * factor, after[own] * np.conj(factor)
-        yield acts, first.transpose(1, 2, 0, 3), second.transpose(1, 2, 0, 3)
+        yield at, acts, first.transpose(1, 2, 0, 3), second.transpose(1, 2, 0, 3)

@@ -1,0 +1,186 @@
+"""The balance of harmonics for forces that are not linear in the motion: Newton's method on what those forces read.
+
+Linear forces u = s + L x are put into the responses first: with z the harmonics of the displacements that forces read,
+real parts then imaginary parts,
+
+    z = H (s + n + L z + N z)  becomes  z = (I - H L)^-1 H s + (I - H L)^-1 H (n + N z),
+
+n + N z being the nonlinear forces about the motion found last. Of z only what these read is unknown in a step, often a
+tenth of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .periodic_balance import (
+    Responses,
+    Slopes,
+    by_direction,
+    moved_by_slopes,
+    slopes_of,
+    solved,
+    solved_lanes,
+    spectrum_of,
+    times,
+    unit_less,
+    with_slopes,
+)
+from .periodic_forces import PeriodicForces
+
+MOST_STEPS = 40
+#: Relative change of the motions at which Newton's method ends, and above which it has found nothing.
+TOLERANCE, WORST = 1e-10, 1e-6
+
+
+def balanced_newton(forces: PeriodicForces, responding: Responses) -> tuple[np.ndarray, np.ndarray]:
+    """Return the harmonics of the forces in balance, (lanes, K + 1, forces), and the last relative change of each lane.
+
+    From rest, each lane until it has converged: nonlinear forces are replaced by their slopes along the motion found
+    last. A lane that does not converge ends with a change above `WORST`, or not a number.
+    """
+    constant, slope = forces.linear_parts()
+    given, linear = spectrum_of(constant, responding.top), slopes_of(slope, responding.top)
+    lanes = given.shape[0]
+    condensed = _condensed(forces, given, linear, responding)
+    found = np.zeros(responding.factors.shape, dtype=complex)
+    change, going = np.full(lanes, np.inf), np.arange(lanes)
+    for _ in range(MOST_STEPS):
+        pushes, slopes = _linearised(forces, going, found[going], constant.shape)
+        following = condensed.motions(going, pushes, slopes)
+        scale = np.abs(following).max(axis=(1, 2))
+        moved = np.abs(following - found[going]).max(axis=(1, 2))
+        change[going] = np.divide(moved, scale, out=np.zeros(going.size), where=scale != 0)
+        found[going] = following
+        going = going[np.isfinite(change[going]) & (change[going] >= TOLERANCE)]
+        if not going.size:
+            break
+    pushed = given + _pushed(forces, np.arange(lanes), found, constant.shape)
+    return with_slopes(pushed, linear, solved(pushed, linear, responding)), change
+
+
+@dataclass(frozen=True)
+class _Condensed:
+    """What moves the displacements that nonlinear forces read, the linear forces taking part.
+
+    Vectors hold real parts, then imaginary parts; in them direction by direction (or force by force) the harmonics.
+
+    Attributes
+    ----------
+    given : ndarray (lanes, displacements)
+        Without nonlinear forces.
+    of_forces : ndarray (lanes, displacements, forces)
+        By the nonlinear forces.
+    acts, reads : ndarray of int
+        Numbers of the nonlinear forces, and of the motions that they read.
+    place : ndarray of int (motions,)
+        Of each motion that they read, its displacement.
+    factors : ndarray (lanes, K + 1, motions), complex
+    """
+
+    given: np.ndarray
+    of_forces: np.ndarray
+    acts: np.ndarray
+    reads: np.ndarray
+    place: np.ndarray
+    factors: np.ndarray
+
+    def motions(self, lanes: np.ndarray, pushes: np.ndarray, slopes: Slopes) -> np.ndarray:
+        """Return the motions (lanes, K + 1, motions) that linearised forces make; only those that they read."""
+        factors, own = self.factors[lanes], self.of_forces[lanes]
+        orders = factors.shape[1]
+        right = self.given[lanes] + times(own, _parts(pushes[:, :, self.acts]))
+        matrix = unit_less(own @ self._slope_matrix(slopes, factors))
+        solution = solved_lanes(matrix, right[..., None]).reshape(lanes.size, 2, -1, orders)
+        displacements = (solution[:, 0] + 1j * solution[:, 1]).swapaxes(1, 2)
+        found = np.zeros(factors.shape, dtype=complex)
+        found[:, :, self.reads] = displacements[:, :, self.place] * factors[:, :, self.reads]
+        return found
+
+    def _slope_matrix(self, slopes: Slopes, factors: np.ndarray) -> np.ndarray:
+        """Return S for real parts, then imaginary parts, shape (lanes, forces, displacements)."""
+        lanes, orders = factors.shape[:2]
+        number = np.searchsorted(self.reads, slopes.pairs[:, 1])
+        matrix = np.zeros((lanes, 2, self.acts.size, orders, 2, self.place.max() + 1, orders))
+        for at, acts, before, after in by_direction(slopes, self.place[number], factors):
+            for pair, act in enumerate(np.searchsorted(self.acts, acts).tolist()):
+                plus, minus = before[:, :, pair] + after[:, :, pair], before[:, :, pair] - after[:, :, pair]
+                matrix[:, 0, act, :, 0, at] += np.real(plus)
+                matrix[:, 0, act, :, 1, at] -= np.imag(minus)
+                matrix[:, 1, act, :, 0, at] += np.imag(plus)
+                matrix[:, 1, act, :, 1, at] += np.real(minus)
+        return matrix.reshape(lanes, 2 * self.acts.size * orders, -1)
+
+
+def _condensed(forces: PeriodicForces, given: np.ndarray, linear: Slopes, responding: Responses) -> _Condensed:
+    system = forces.systems[0]
+    acts = np.unique(np.concatenate([system.outputs[k] for k in forces.nonlinear]))
+    reads = np.unique(np.concatenate([system.inputs[k] for k in forces.nonlinear]))
+    wanted, place = np.unique(responding.directions[reads], return_inverse=True)
+    # Rows: these displacements first, then those that only linear forces read.
+    others = np.setdiff1d(responding.directions[linear.pairs[:, 1]], wanted)
+    rows = np.concatenate([wanted, others])
+    own = responding.of_directions[:, :, rows]
+    lanes, orders, size, _ = own.shape
+    each = np.arange(orders)
+    columns = np.zeros((lanes, 2, size, orders, 2, acts.size, orders))
+    of_acts = own[..., acts].transpose(1, 0, 2, 3)
+    columns[:, 0, :, each, 0, :, each] = columns[:, 1, :, each, 1, :, each] = np.real(of_acts)
+    columns[:, 1, :, each, 0, :, each] = np.imag(of_acts)
+    columns[:, 0, :, each, 1, :, each] = -np.imag(of_acts)
+    right = np.concatenate(
+        [columns.reshape(lanes, 2 * size * orders, -1), _parts(times(own, given))[..., None]], axis=2
+    )
+    if linear.pairs.size:
+        number = {int(row): i for i, row in enumerate(rows)}
+        where = np.array([number[int(responding.directions[read])] for read in linear.pairs[:, 1]], dtype=int)
+        right = solved_lanes(unit_less(moved_by_slopes(own, linear, where, responding.factors)), right)
+    kept = right.reshape(lanes, 2, size, orders, -1)[:, :, : wanted.size].reshape(lanes, -1, right.shape[2])
+    return _Condensed(kept[..., -1], kept[..., :-1], acts, reads, place, responding.factors)
+
+
+def _parts(harmonics: np.ndarray) -> np.ndarray:
+    """Return (lanes, K + 1, n) complex as real parts, then imaginary parts, (lanes, 2 x n x (K + 1))."""
+    each = harmonics.swapaxes(1, 2).reshape(harmonics.shape[0], -1)
+    return np.concatenate([np.real(each), np.imag(each)], axis=1)
+
+
+def _waves(motions: np.ndarray, instants: int) -> np.ndarray:
+    """Return x(t) over one period, shape (motions, lanes, instants), from harmonics (lanes, K + 1, motions)."""
+    return np.fft.irfft(motions.transpose(2, 0, 1) * instants, instants)
+
+
+def _pushed(forces: PeriodicForces, lanes: np.ndarray, motions: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """Return the harmonics (lanes, K + 1, forces) of the nonlinear forces along motions (lanes, K + 1, motions)."""
+    x, u = _waves(motions, shape[2]), np.zeros((shape[0], lanes.size, shape[2]))
+    system = forces.systems[0]
+    for k in forces.nonlinear:
+        np.add.at(u, system.outputs[k], forces.pushed(k, lanes, x[system.inputs[k], None])[:, 0])
+    return spectrum_of(u, motions.shape[1] - 1)
+
+
+def _linearised(
+    forces: PeriodicForces, lanes: np.ndarray, motions: np.ndarray, shape: tuple[int, ...]
+) -> tuple[np.ndarray, Slopes]:
+    """Return s (lanes, K + 1, forces) and S of the nonlinear forces along a motion, by central differences."""
+    x, constant = _waves(motions, shape[2]), np.zeros((shape[0], lanes.size, shape[2]))
+    slope: dict[tuple[int, int], np.ndarray] = {}
+    system = forces.systems[0]
+    for k in forces.nonlinear:
+        reads, acts = system.inputs[k], system.outputs[k]
+        own = x[reads]
+        width = (1e-6 * np.abs(own).max(axis=2) + 1e-12)[:, :, None]
+        points = np.repeat(own[:, None], 1 + 2 * reads.size, axis=1)
+        for j in range(reads.size):
+            points[j, 1 + 2 * j] += width[j]
+            points[j, 2 + 2 * j] -= width[j]
+        u = forces.pushed(k, lanes, points)
+        rising = (u[:, 1::2] - u[:, 2::2]) / (2 * width)
+        np.add.at(constant, acts, u[:, 0] - (rising * own).sum(axis=1))
+        for i, act in enumerate(acts.tolist()):
+            for j, read in enumerate(reads.tolist()):
+                slope[act, read] = slope.get((act, read), 0.0) + rising[i, j]
+    top = motions.shape[1] - 1
+    return spectrum_of(constant, top), slopes_of(slope, top)
