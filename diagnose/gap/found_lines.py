@@ -2,7 +2,8 @@
 
 Without them, what is outside the catalogue would be looked for only where the catalogue looks. A line is found where
 the spectrum of a whole record stands above its surroundings by more than noise does, at the same order or at the same
-frequency in half of the recordings; what the healthy records show as well is left alone.
+frequency in half of the recordings, or far more so in one: what excites itself begins at some speed, and a resonance
+lifts a line at another. What the healthy records show as well is left alone.
 """
 
 from __future__ import annotations
@@ -22,8 +23,9 @@ from .observe import shaft_turns
 CHANCE = 1e-3
 #: Surroundings of a line on each side, in lines of the spectrum from it: from and to.
 AROUND = (5, 25)
-#: Lines that are added at most, the clearest first, and the share of recordings that show each.
-MOST_FOUND, IN_RECORDINGS = 3, 0.5
+#: Lines that are added at most, the clearest first; the share of recordings that show each, or how many times the power
+#: that noise reaches it has in one of them.
+MOST_FOUND, IN_RECORDINGS, ALONE = 3, 0.5, 4.0
 #: A line is new when its amplitude is so many times that of the healthy records.
 GROWN = 2.0
 #: Lines at so small a part of a record's mean square are no cause of anything: rounding, leakage.
@@ -41,7 +43,8 @@ Stated = tuple[Sequence[float], Sequence[LineKind]]
 class _Spectrum:
     """A record's spectrum: power (channels, lines), its floor, where lines may be looked for, and those that stand out.
 
-    ``peaks`` holds the places of the lines that stand out, between lines of the spectrum; ``excess`` by how much.
+    ``peaks`` holds the places of the lines that stand out, between lines of the spectrum; ``excess`` how many times the
+    power is that noise reaches.
     """
 
     power: np.ndarray
@@ -91,11 +94,12 @@ def found_lines(
     usual = [_spectrum(one, channels, stated) for one in healthy]
     peaks = [(excess, peak, own) for own in spectra for peak, excess in zip(own.peaks, own.excess, strict=True)]
     found: list[Found] = []
-    for _, peak, own in sorted(peaks, key=lambda item: -item[0]):
+    for excess, peak, own in sorted(peaks, key=lambda item: -item[0]):
         line = _law(float(peak) * own.resolution_hz, own, spectra)
         if any(_is_same(line, other, spectra) for other in found):
             continue
-        if _count(line, spectra) >= IN_RECORDINGS * len(spectra) and _has_grown(line, spectra, usual):
+        is_shown = excess >= ALONE or _count(line, spectra) >= IN_RECORDINGS * len(spectra)
+        if is_shown and _has_grown(line, spectra, usual):
             found.append(_refined(line, spectra))
         if len(found) == MOST_FOUND:
             break
@@ -116,7 +120,7 @@ def _spectrum(recording: Recording, channels: Sequence[str], stated: Stated) -> 
     # The power of noise is exponential: its median is ln 2 of its mean.
     least = math.log(power.size / CHANCE) / math.log(2)
     strong = power > LEAST_SHARE * power.sum(axis=1, keepdims=True)
-    excess = np.where((ratio > least) & strong, ratio, 0.0).max(axis=0)
+    excess = np.where((ratio > least) & strong, ratio / least, 0.0).max(axis=0)
     free = _free(frequency, speed_hz, resolution, stated)
     is_top = excess == maximum_filter1d(excess, 2 * AROUND[0] + 1)
     tops = np.flatnonzero(free & is_top & (excess > 0))
@@ -192,6 +196,7 @@ def _is_same(line: Found, other: Found, spectra: Sequence[_Spectrum]) -> bool:
 def _has_grown(line: Found, spectra: Sequence[_Spectrum], usual: Sequence[_Spectrum]) -> bool:
     if not usual:
         return True
-    now = np.median([one.amplitudes(one.place(*line)) for one in spectra], axis=0)
+    showing = [one for one in spectra if math.isfinite(one.seen_at(one.place(*line)))]
+    now = np.median([one.amplitudes(one.place(*line)) for one in showing], axis=0)
     before = np.max([one.amplitudes(one.place(*line)) for one in usual], axis=0)
     return bool((now > GROWN * before).any())

@@ -34,7 +34,8 @@ CHAIN_TURNS, CHAIN_SAMPLES = 24.0, 1000
 KEPT_MOTIONS = 8
 #: Machines times conditions that are balanced side by side.
 LANES = 64
-
+#: The same of simulations in time, and how many bytes of those are kept that others may be compared with.
+RUNS, KEPT_BYTES = 128, 400_000_000
 
 #: The motion of a machine in each condition, or why it does not repeat.
 _Moving = list[PeriodicMotion] | RotorwiseError
@@ -220,7 +221,7 @@ class Predictor:
                 try:
                     loaded = at_condition(machine, self.conditions[numbers[0]])
                 except InvalidValueError as problem:
-                    failed[owner] = problem
+                    failed[owner] = problem.with_traceback(None)
                     break
                 cases.append((loaded, [self.conditions[number].speed_rpm for number in numbers]))
                 owners.append((owner, numbers))
@@ -287,10 +288,15 @@ class Predictor:
         return self.full_scale[[self.probes.index(channel.name) for channel in channels]]
 
     def _simulate(self, wanted: Sequence[tuple[str, Machine, Machine | None]], *, smooth: bool) -> None:
-        """Simulate machines in every condition, as many side by side as can go, and keep their lines.
+        """Simulate machines in every condition and keep their lines; not all at once, as waveforms fill the memory.
 
         With each machine comes the one without what spoils its repetition, or None.
         """
+        together = max(RUNS // len(self.conditions), 1)
+        for first in range(0, len(wanted), together):
+            self._simulate_side_by_side(wanted[first : first + together], smooth=smooth)
+
+    def _simulate_side_by_side(self, wanted: Sequence[tuple[str, Machine, Machine | None]], *, smooth: bool) -> None:
         machines: dict[Stepped, Machine] = {}
         bases: set[Stepped] = set()
         for _, machine, base in wanted:
@@ -322,6 +328,10 @@ class Predictor:
                 )
             else:
                 self._keep(key, lines)
+        for kept in bases:
+            self._stepped[kept] = self._stepped.pop(kept)
+        while sum(map(_size, self._stepped.values())) > KEPT_BYTES:
+            self._stepped.pop(next(iter(self._stepped)))
 
     def _lines_in_time(
         self,
@@ -347,6 +357,11 @@ class Predictor:
 
 def _stepped(machine: Machine, lengths_s: tuple[float, ...]) -> Stepped:
     return _moving_part(machine).to_toml(), lengths_s
+
+
+def _size(runs: Sequence[Simulation | None]) -> int:
+    """Return the bytes that kept motions take."""
+    return sum(run.signals.nbytes + 2 * run.phase_rad.nbytes for run in runs if run is not None)
 
 
 def _moving_part(machine: Machine) -> Machine:

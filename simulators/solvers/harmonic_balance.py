@@ -140,7 +140,7 @@ def harmonic_balances(
         try:
             systems = _systems(machine, profiles)
         except RotorwiseError as problem:
-            failed[number] = problem
+            failed[number] = problem.with_traceback(None)
             continue
         wiring = {id(system): _wiring(system) for system in systems}
         for index, (profile, system) in enumerate(zip(profiles, systems, strict=True)):
@@ -176,7 +176,8 @@ def _side_by_side(lanes: list[_Lane], count: int, revolutions: int) -> list[Peri
         for lane in lanes:
             cases.setdefault(lane.place[0], []).append(lane)
         if len(cases) == 1:
-            return [problem] * len(lanes)
+            # Its traceback would keep all that was computed until then.
+            return [problem.with_traceback(None)] * len(lanes)
         return [one for own in cases.values() for one in _side_by_side(own, count, revolutions)]
 
 

@@ -12,8 +12,8 @@ from ..errors import InvalidValueError
 from ..law import InterfaceForce, Timeline
 from ..system import System
 
-#: Orders whose cosines and sines are kept for the next machine at the same speeds.
-KEPT_ORDERS = 64
+#: Bytes of cosines and sines that are kept for the next machine at the same speeds, for each set of speeds.
+KEPT_BYTES = 32_000_000
 
 
 @dataclass(frozen=True)
@@ -149,6 +149,6 @@ def _timeline(speeds_rad_s: tuple[float, ...], instants: int, revolutions: int, 
 
 
 def _drop_many_orders(timeline: Timeline) -> None:
-    # A search that varies the order of a force would fill the memory.
-    if len(timeline._cached) > KEPT_ORDERS:
+    # A search that varies the order of a force would fill the memory, and so would forces that jump, finely sampled.
+    if 2 * len(timeline._cached) * timeline.phase_rad.nbytes > KEPT_BYTES:
         timeline._cached.clear()

@@ -76,10 +76,16 @@ def test_what_the_healthy_machine_shows_is_not_found_until_it_grows():
     assert len(_found([_record(f, i, (29.86, 0.08)) for i, f in enumerate(SPEEDS_HZ)], usual)) == 1
 
 
-def test_a_line_of_a_single_record_among_several_is_none():
-    records = [_record(f, i, *(((29.86, 0.02),) if i == 0 else ())) for i, f in enumerate(SPEEDS_HZ)]
-    assert not _found(records)
-    assert len(_found(records[:1])) == 1
+def test_a_faint_line_of_a_single_record_among_several_is_none_a_clear_one_is_found():
+    faint, clear = (
+        [_record(f, i, *(((29.86, size),) if i == 0 else ())) for i, f in enumerate(SPEEDS_HZ)]
+        for size in (0.012, 0.02)
+    )
+    assert not _found(faint)
+    assert len(_found(faint[:1])) == 1
+    ((order, kind),) = _found(clear)
+    assert order == 0
+    assert kind.frequency_hz == pytest.approx(29.86, abs=0.1 * RATE_HZ / SAMPLES)
 
 
 def test_a_line_just_outside_the_band_of_a_stated_one_is_found():

@@ -32,5 +32,8 @@ def test_a_machine_without_a_periodic_motion_fails_alone() -> None:
     found = harmonic_balances([(machine, SPEEDS_RPM), (whirling, SPEEDS_RPM), (supplied, SPEEDS_RPM)])
     assert len(found[0]) == len(SPEEDS_RPM)
     for one, words in ((found[1], "can excite"), (found[2], "does not repeat")):
+        # An error that is kept must not keep the arrays of all the frames that it came through.
+        assert isinstance(one, RotorwiseError)
+        assert one.__traceback__ is None
         with pytest.raises(RotorwiseError, match=words):
             raise one
