@@ -103,7 +103,7 @@ class Fit:
         """Return the values of one coordinate's parameter that hold ``share`` of its probability.
 
         An angle on the machine is told no better than the phase of a law: at the strongest order that is as wrong as
-        its strength.
+        its strength. So are all values of a law whose form is an idealisation, beside what the data leave open.
         """
         from scipy.special import ndtri
 
@@ -112,11 +112,14 @@ class Fit:
             return middle - self.arcs[number], middle + self.arcs[number]
         deviation = math.sqrt(self.covariance[number, number])
         least = STRENGTH_TOLERANCE if self._acts_on_machine(number) and self.coordinates[number].is_angle else 0.0
-        reach = float(ndtri(0.5 + share / 2)) * max(deviation, least)
+        share_reach = float(ndtri(0.5 + share / 2))
+        reach = share_reach * max(deviation, least)
         one, at = self.coordinates[number], float(self.position[number])
         if one.is_angle:
             around, half = (one.value(at) - reach, one.value(at) + reach), one.parameter.period / 2
             return around if self.tells(number) and reach < half else (-half, half)
+        if self._candidate(number).effect.IDEALISED:
+            reach = math.hypot(reach, share_reach * STRENGTH_TOLERANCE * min(_relative(one, at), 1.0))
         low, high = sorted((one.value(at - reach), one.value(at + reach)))
         if number in self.mirrored:
             low, high = min(low, math.pi - high), max(high, math.pi - low)
@@ -124,8 +127,11 @@ class Fit:
 
     def _acts_on_machine(self, number: int) -> bool:
         """Return whether a coordinate belongs to an effect on the machine, not on the measuring chain."""
-        owners = [candidate for candidate in self.candidates for _ in candidate.coordinates]
-        return owners[number].effect.STAGE != "sensor"
+        return self._candidate(number).effect.STAGE != "sensor"
+
+    def _candidate(self, number: int) -> Candidate:
+        """Return the effect to which a coordinate belongs."""
+        return [candidate for candidate in self.candidates for _ in candidate.coordinates][number]
 
     def tells(self, number: int) -> bool:
         """Return whether the data say clearly more of a coordinate than its prior does."""
@@ -140,6 +146,13 @@ class Fit:
             found.append(values_at(candidate.coordinates, self.position[start:stop]))
             start = stop
         return found
+
+
+def _relative(one: Coordinate, at: float) -> float:
+    """Return the change of a coordinate, at a place, that changes its parameter by as much as it is away from zero."""
+    slope = abs(one.value(at + STEP) - one.value(at - STEP)) / (2 * STEP)
+    away = abs(one.value(at) - (one.parameter.zero or 0.0))
+    return away / slope if slope else 1.0
 
 
 def nothing(compared: Comparison) -> Fit:

@@ -12,7 +12,7 @@ from .made_campaigns import recorded
 
 def test_a_direction_and_its_mirror_image_are_both_in_the_interval():
     machine = find_machine("amb_rotor")
-    hidden = LoadFluctuation(radial_n=30.0, torque_n_m=0.05, frequency_hz=17.3, direction_rad=0.5)
+    hidden = LoadFluctuation(radial_n=30.0, torque_n_m=0.05, frequency_hz=29.3, direction_rad=0.5)
     options = {"rate_hz": 1000.0, "duration_s": 4.0}
     healthy, faulty = (
         recorded(one, (1500.0, 2100.0, 2400.0), seed=seed, **options)
