@@ -8,7 +8,7 @@ from dataclasses import replace
 from ...simulators.parameter import Uniform
 from .coordinates import Coordinate
 from .evidence import Problem
-from .refine import Fit, density
+from .refine import Fit, density_beside
 from .responses import Responses
 
 #: Logarithm of the probability that the mirror image may lose, as among hypotheses that cannot be told apart.
@@ -28,8 +28,8 @@ def with_mirror_images(fit: Fit, problem: Problem) -> Fit:
         place[number] = -place[number]
         places.append(place)
     response.prepare([fit.position, *places])
-    least = density(response, fit.position, fit.compared) - ALIKE
-    alike = [n for n, place in zip(directions, places, strict=True) if density(response, place, fit.compared) > least]
+    least = density_beside(fit, response, fit.position) - ALIKE
+    alike = [n for n, place in zip(directions, places, strict=True) if density_beside(fit, response, place) > least]
     return replace(fit, mirrored=frozenset(alike))
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from .evidence import Problem
-from .refine import Fit, density
+from .refine import Fit, density_beside
 from .responses import Responses
 
 #: Places round the circle; an arc must hold this share of the probability. A place that is at least half as probable as
@@ -21,9 +21,8 @@ def on_plateaus(fit: Fit, problem: Problem) -> Fit:
     Where each place is a simulation nothing is tried; such an angle stays unknown.
     """
     problem = fit.problem or problem
-    compared = fit.compared
     choosing = [n for n, one in enumerate(fit.coordinates) if one.parameter.chooses]
-    if compared is None or not choosing:
+    if fit.compared is None or not choosing:
         return fit
     response = Responses(fit.candidates, problem.baseline.machine, problem.predictor)
     if not response.repeats(fit.position):
@@ -33,7 +32,7 @@ def on_plateaus(fit: Fit, problem: Problem) -> Fit:
         step = fit.coordinates[number].parameter.period / PLACES
         places = [position + k * step * np.eye(position.size)[number] for k in range(PLACES)]
         response.prepare(places)
-        first, last = arc_of(np.array([density(response, place, compared) for place in places]))
+        first, last = arc_of(np.array([density_beside(fit, response, place) for place in places]))
         # A border lies somewhere between the last place of an arc and the first one outside.
         if last - first + 2 < PLACES:
             middle, half = position[number] + step * (first + last) / 2, step * ((last - first) / 2 + 1)

@@ -245,6 +245,17 @@ def density(response: Responses, position: np.ndarray, compared: Comparison) -> 
     return log_density(compared, residual, law) + log_prior(coordinates, position)
 
 
+def density_beside(fit: Fit, response: Responses, position: np.ndarray) -> float:
+    """Return the same of the effects of a fit at another position, their laws' tolerance that of the fit."""
+    assert fit.compared is not None
+    try:
+        added = response(position)
+    except UnpredictableError:
+        return -math.inf
+    residual = fit.compared.residual - fit.compared.whitened(added)
+    return log_density(fit.compared, residual, Widened(fit.law)) + log_prior(fit.coordinates, position)
+
+
 def laws_of(compared: Comparison, chosen: Sequence[Candidate], responses: Sequence[np.ndarray]) -> Widened:
     """Return in which directions the laws of effects may be wrong, each for itself."""
     each = zip(chosen, responses, strict=True)
