@@ -98,7 +98,9 @@ def found_lines(
         line = _law(float(peak) * own.resolution_hz, own, spectra)
         if any(_is_same(line, other, spectra) for other in found):
             continue
-        is_shown = excess >= ALONE or _count(line, spectra) >= IN_RECORDINGS * len(spectra)
+        # A whole order may lie too far beside the peak that was rounded to it.
+        count = _count(line, spectra)
+        is_shown = count > 0 and (excess >= ALONE or count >= IN_RECORDINGS * len(spectra))
         if is_shown and _has_grown(line, spectra, usual):
             found.append(_refined(line, spectra))
         if len(found) == MOST_FOUND:

@@ -18,14 +18,16 @@ import numpy as np
 from .periodic_balance import (
     Responses,
     Slopes,
+    add_real_form,
     by_direction,
+    identity_minus,
     moved_by_slopes,
+    real_parts,
     slopes_of,
     solved,
     solved_lanes,
     spectrum_of,
     times,
-    unit_less,
     with_slopes,
 )
 from .periodic_forces import PeriodicForces
@@ -91,8 +93,8 @@ class _Condensed:
         """Return the motions (lanes, K + 1, motions) that linearised forces make; only those that they read."""
         factors, own = self.factors[lanes], self.of_forces[lanes]
         orders = factors.shape[1]
-        right = self.given[lanes] + times(own, _parts(pushes[:, :, self.acts]))
-        matrix = unit_less(own @ self._slope_matrix(slopes, factors))
+        right = self.given[lanes] + times(own, real_parts(pushes[:, :, self.acts]))
+        matrix = identity_minus(own @ self._slope_matrix(slopes, factors))
         solution = solved_lanes(matrix, right[..., None]).reshape(lanes.size, 2, -1, orders)
         displacements = (solution[:, 0] + 1j * solution[:, 1]).swapaxes(1, 2)
         found = np.zeros(factors.shape, dtype=complex)
@@ -106,11 +108,7 @@ class _Condensed:
         matrix = np.zeros((lanes, 2, self.acts.size, orders, 2, self.place.max() + 1, orders))
         for at, acts, before, after in by_direction(slopes, self.place[number], factors):
             for pair, act in enumerate(np.searchsorted(self.acts, acts).tolist()):
-                plus, minus = before[:, :, pair] + after[:, :, pair], before[:, :, pair] - after[:, :, pair]
-                matrix[:, 0, act, :, 0, at] += np.real(plus)
-                matrix[:, 0, act, :, 1, at] -= np.imag(minus)
-                matrix[:, 1, act, :, 0, at] += np.imag(plus)
-                matrix[:, 1, act, :, 1, at] += np.real(minus)
+                add_real_form(matrix[:, :, act, :, :, at], before[:, :, pair], after[:, :, pair])
         return matrix.reshape(lanes, 2 * self.acts.size * orders, -1)
 
 
@@ -131,20 +129,14 @@ def _condensed(forces: PeriodicForces, given: np.ndarray, linear: Slopes, respon
     columns[:, 1, :, each, 0, :, each] = np.imag(of_acts)
     columns[:, 0, :, each, 1, :, each] = -np.imag(of_acts)
     right = np.concatenate(
-        [columns.reshape(lanes, 2 * size * orders, -1), _parts(times(own, given))[..., None]], axis=2
+        [columns.reshape(lanes, 2 * size * orders, -1), real_parts(times(own, given))[..., None]], axis=2
     )
     if linear.pairs.size:
         number = {int(row): i for i, row in enumerate(rows)}
         where = np.array([number[int(responding.directions[read])] for read in linear.pairs[:, 1]], dtype=int)
-        right = solved_lanes(unit_less(moved_by_slopes(own, linear, where, responding.factors)), right)
+        right = solved_lanes(identity_minus(moved_by_slopes(own, linear, where, responding.factors)), right)
     kept = right.reshape(lanes, 2, size, orders, -1)[:, :, : wanted.size].reshape(lanes, -1, right.shape[2])
     return _Condensed(kept[..., -1], kept[..., :-1], acts, reads, place, responding.factors)
-
-
-def _parts(harmonics: np.ndarray) -> np.ndarray:
-    """Return (lanes, K + 1, n) complex as real parts, then imaginary parts, (lanes, 2 x n x (K + 1))."""
-    each = harmonics.swapaxes(1, 2).reshape(harmonics.shape[0], -1)
-    return np.concatenate([np.real(each), np.imag(each)], axis=1)
 
 
 def _waves(motions: np.ndarray, instants: int) -> np.ndarray:

@@ -43,10 +43,6 @@ class Responses:
         """K, the highest harmonic."""
         return self.factors.shape[1] - 1
 
-    def of(self, lanes: np.ndarray) -> Responses:
-        """Return those of some lanes."""
-        return Responses(self.of_directions[lanes], self.of_probes[lanes], self.directions, self.factors[lanes])
-
     def motions(self, forces: np.ndarray) -> np.ndarray:
         """Return the motions (lanes, K + 1, motions) that forces (lanes, K + 1, forces) make."""
         return times(self.of_directions, forces)[:, :, self.directions] * self.factors
@@ -66,10 +62,6 @@ class Slopes:
 
     pairs: np.ndarray
     spectrum: np.ndarray
-
-    def of(self, lanes: np.ndarray) -> Slopes:
-        """Return those of some lanes."""
-        return Slopes(self.pairs, self.spectrum[:, lanes]) if self.pairs.size else self
 
 
 def balanced_linear(forces: PeriodicForces, responding: Responses) -> np.ndarray:
@@ -126,10 +118,9 @@ def solved(spectrum: np.ndarray, slopes: Slopes, responding: Responses) -> np.nd
     wanted, place = np.unique(responding.directions[slopes.pairs[:, 1]], return_inverse=True)
     own = responding.of_directions[:, :, wanted]
     lanes, orders, size, _ = own.shape
-    matrix = unit_less(moved_by_slopes(own, slopes, place, responding.factors))
-    right = times(own, spectrum).swapaxes(1, 2)
-    parts = np.concatenate([np.real(right).reshape(lanes, -1), np.imag(right).reshape(lanes, -1)], axis=1)
-    solution = solved_lanes(matrix, parts[..., None]).reshape(lanes, 2, size, orders)
+    matrix = identity_minus(moved_by_slopes(own, slopes, place, responding.factors))
+    right = real_parts(times(own, spectrum))[..., None]
+    solution = solved_lanes(matrix, right).reshape(lanes, 2, size, orders)
     read = slopes.pairs[:, 1]
     moved = (solution[:, 0] + 1j * solution[:, 1]).swapaxes(1, 2)
     found[:, :, read] = moved[:, :, place] * responding.factors[:, :, read]
@@ -157,16 +148,34 @@ def moved_by_slopes(own: np.ndarray, slopes: Slopes, place: np.ndarray, factors:
     matrix = np.zeros((lanes, 2, size, orders, 2, size, orders))
     for at, acts, before, after in by_direction(slopes, place, factors):
         column = own[:, :, :, acts]
-        one, other = (column @ before).swapaxes(1, 2), (column @ after).swapaxes(1, 2)
-        plus, minus = one + other, one - other
-        matrix[:, 0, :, :, 0, at] = np.real(plus)
-        matrix[:, 0, :, :, 1, at] = -np.imag(minus)
-        matrix[:, 1, :, :, 0, at] = np.imag(plus)
-        matrix[:, 1, :, :, 1, at] = np.real(minus)
+        add_real_form(matrix[..., at, :], (column @ before).swapaxes(1, 2), (column @ after).swapaxes(1, 2))
     return matrix.reshape(lanes, 2 * orders * size, 2 * orders * size)
 
 
-def unit_less(matrix: np.ndarray) -> np.ndarray:
+def add_real_form(matrix: np.ndarray, one: np.ndarray, other: np.ndarray) -> None:
+    """Add A z + B conj(z), complex, to a matrix of real parts, then imaginary parts.
+
+    Parameters
+    ----------
+    matrix : ndarray (lanes, 2, ..., 2, K + 1), real
+        Axes of two: of the result, of z.
+    one, other : ndarray (lanes, ..., K + 1), complex
+        A and B.
+    """
+    plus, minus = one + other, one - other
+    matrix[:, 0, ..., 0, :] += np.real(plus)
+    matrix[:, 0, ..., 1, :] -= np.imag(minus)
+    matrix[:, 1, ..., 0, :] += np.imag(plus)
+    matrix[:, 1, ..., 1, :] += np.real(minus)
+
+
+def real_parts(harmonics: np.ndarray) -> np.ndarray:
+    """Return (lanes, K + 1, n) complex as real parts, then imaginary parts, (lanes, 2 x n x (K + 1))."""
+    each = harmonics.swapaxes(1, 2).reshape(harmonics.shape[0], -1)
+    return np.concatenate([np.real(each), np.imag(each)], axis=1)
+
+
+def identity_minus(matrix: np.ndarray) -> np.ndarray:
     """Return 1 - A for each lane of A (lanes, n, n), in its place."""
     np.negative(matrix, out=matrix)
     own = np.arange(matrix.shape[1])
