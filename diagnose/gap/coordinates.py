@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -30,7 +31,7 @@ class Coordinate:
     parameter: Parameter
     effect: int | None = None
 
-    @property
+    @cached_property
     def is_angle(self) -> bool:
         """Whether every direction is equally likely, so that the coordinate has no ends."""
         prior, period = self.parameter.prior, self.parameter.period

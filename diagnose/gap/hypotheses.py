@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -49,7 +50,7 @@ class Candidate:
         """Name of the effect."""
         return self.effect.NAME
 
-    @property
+    @cached_property
     def strengths(self) -> tuple[int, ...]:
         """Numbers of the coordinates at which the effect can be absent."""
         return tuple(

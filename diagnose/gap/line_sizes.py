@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from .line_noise import carriers_of
 from .lines import LineKind
 
 #: Half width of a line's band as a share of its frequency: bearings slip; supply and speed wander.
@@ -70,7 +71,7 @@ def line_sizes(
     """
     speed_hz = (turns[-1] - turns[0]) / (turns.size - 1) * rate_hz
     left = signals - signals.mean(axis=1, keepdims=True)
-    left = left - np.real(locked[1] @ np.exp(2j * np.pi * np.outer(locked[0], turns)))
+    left = left - np.real(np.conj(locked[1]) @ carriers_of(locked[0], turns))
     spectra = {False: line_power(left)}
     if any(kind.envelope for kind in kinds):
         magnitude = high_envelope(left, rate_hz=rate_hz, speed_hz=speed_hz)

@@ -117,13 +117,19 @@ class Predictor:
             raise UnpredictableError(self._failed[key])
         return self._known[key]
 
-    def prepare(self, machines: Sequence[Machine]) -> None:
-        """Compute the lines of several machines, side by side where they are simulated in time."""
+    def prepare(
+        self, machines: Sequence[Machine], *, most_in_time: int | None = None, near: Machine | None = None
+    ) -> list[bool]:
+        """Compute the lines of several machines, side by side where they are simulated in time.
+
+        Of those that are simulated in time at most ``most_in_time``, evenly spread; returns which were computed.
+        Motions are sought from that of the machine ``near``, if given.
+        """
         in_time: list[tuple[str, Machine, Machine | None]] = []
         keyed = {machine.to_toml(): machine for machine in machines}
         new = {key: one for key, one in keyed.items() if key not in self._known and key not in self._failed}
         self.evaluations += len(new)
-        moving = self._all_moving([_moving_part(machine) for machine in new.values()])
+        moving = self._all_moving([_moving_part(machine) for machine in new.values()], near and _moving_part(near))
         for (key, machine), own in zip(new.items(), moving, strict=True):
             try:
                 if isinstance(own, RotorwiseError):
@@ -131,8 +137,11 @@ class Predictor:
                 self._keep(key, np.stack([self._seen(machine, motion, i) for i, motion in enumerate(own)]))
             except _NotPeriodicError:
                 in_time.append((key, machine, self._repeating(machine)))
+        if most_in_time is not None and len(in_time) > most_in_time:
+            in_time = [in_time[i] for i in np.linspace(0, len(in_time) - 1, most_in_time).round().astype(int)]
         for smooth in (True, False):
             self._simulate([one for one in in_time if (one[2] is not None) == smooth], smooth=smooth)
+        return [key in self._known or key in self._failed for key in map(Machine.to_toml, machines)]
 
     def _keep(self, key: str, lines: np.ndarray) -> None:
         self._known[key] = turned_to_reference(lines, self.conditions, self.reference)
@@ -194,21 +203,25 @@ class Predictor:
             self._spoiling[key] = not self.repeats(one)
         return self._spoiling[key]
 
-    def _all_moving(self, machines: Sequence[Machine]) -> list[_Moving]:
-        """Return the motion of each machine in each condition; of the last few it is kept for their sensors' sake."""
+    def _all_moving(self, machines: Sequence[Machine], near: Machine | None = None) -> list[_Moving]:
+        """Return the motion of each machine in each condition; of the last few it is kept for their sensors' sake.
+
+        ``near`` is a machine that is nearly the same as all of them.
+        """
         keyed = {machine.to_toml(): machine for machine in machines}
         found: dict[str, _Moving] = {key: self._motions[key] for key in keyed if key in self._motions}
         new = [key for key in keyed if key not in found]
         together = max(LANES // len(self.conditions), 1)
+        beside = self._all_moving([near])[0] if new and near is not None else None
         for some in (new[i : i + together] for i in range(0, len(new), together)):
-            found |= zip(some, self._motions_at_loads([keyed[key] for key in some]), strict=True)
+            found |= zip(some, self._motions_at_loads([keyed[key] for key in some], beside), strict=True)
         for key in new[-KEPT_MOTIONS:]:
             self._motions[key] = found[key]
         while len(self._motions) > KEPT_MOTIONS:
             self._motions.pop(next(iter(self._motions)))
         return [found[machine.to_toml()] for machine in machines]
 
-    def _motions_at_loads(self, machines: Sequence[Machine]) -> list[_Moving]:
+    def _motions_at_loads(self, machines: Sequence[Machine], near: _Moving | None) -> list[_Moving]:
         """Return the motion of machines in each condition, or why one has none; all come side by side."""
         loads: dict[float | None, list[int]] = {}
         for number, condition in enumerate(self.conditions):
@@ -226,8 +239,10 @@ class Predictor:
                 cases.append((loaded, [self.conditions[number].speed_rpm for number in numbers]))
                 owners.append((owner, numbers))
         highest = max(self._whole_orders, default=1) + FURTHER_HARMONICS
+        beside = [[near[n] for n in numbers] if isinstance(near, list) else None for _, numbers in owners]
         motions: dict[tuple[int, int], PeriodicMotion] = {}
-        for (owner, numbers), found in zip(owners, harmonic_balances(cases, harmonics=highest), strict=True):
+        balances = harmonic_balances(cases, harmonics=highest, near=beside)
+        for (owner, numbers), found in zip(owners, balances, strict=True):
             if isinstance(found, RotorwiseError):
                 failed[owner] = found
             else:
@@ -236,12 +251,17 @@ class Predictor:
         return [failed.get(owner) or [motions[owner, number] for number in every] for owner in range(len(machines))]
 
     def _seen(self, machine: Machine, motion: PeriodicMotion, index: int) -> np.ndarray:
-        if sensor_effects(machine):
-            speed, rate_hz = motion.speed_rad_s, self.rates_hz[index]
-            least_s = max(CHAIN_TURNS * 2 * math.pi / speed, self._least_seconds(machine)[index])
-            enough = max(math.ceil(least_s * rate_hz), CHAIN_SAMPLES)
-            phase = speed * np.arange(min(self.samples[index], enough)) / rate_hz
-            return self._recorded(machine, motion.probes, motion.waveform(phase), phase, index)
+        balanced = self._balanced(motion)
+        if not sensor_effects(machine):
+            return balanced
+        speed, rate_hz = motion.speed_rad_s, self.rates_hz[index]
+        least_s = max(CHAIN_TURNS * 2 * math.pi / speed, self._least_seconds(machine)[index])
+        enough = max(math.ceil(least_s * rate_hz), CHAIN_SAMPLES)
+        phase = speed * np.arange(min(self.samples[index], enough)) / rate_hz
+        return self._recorded(machine, motion.probes, motion.waveform(phase), phase, index, untouched=balanced)
+
+    def _balanced(self, motion: PeriodicMotion) -> np.ndarray:
+        """Return the lines of a motion that no chain changes, (probes, orders)."""
         rows = [probe.name for probe in motion.probes]
         chosen = [rows.index(name) for name in self.probes]
         result = np.zeros((len(self.probes), len(self.orders)), dtype=complex)
@@ -259,9 +279,20 @@ class Predictor:
         return tuple(max((least_seconds(*one, speed) for one in sizes), default=0.0) for speed in speeds)
 
     def _recorded(
-        self, machine: Machine, probes: Sequence[Probe], signals: np.ndarray, phase_rad: np.ndarray, index: int
+        self,
+        machine: Machine,
+        probes: Sequence[Probe],
+        signals: np.ndarray,
+        phase_rad: np.ndarray,
+        index: int,
+        *,
+        untouched: np.ndarray | None = None,
     ) -> np.ndarray:
-        """Return the lines of what the machine's chain leaves of a motion (all probes, samples)."""
+        """Return the lines of what the machine's chain leaves of a motion (all probes, samples).
+
+        ``untouched`` (probes, orders) are the lines of channels that the chain leaves as they are, where these are
+        known without looking at a record.
+        """
         wanted = [i for i, probe in enumerate(probes) if probe.name in self.probes]
         channels, signals = tuple(probes[i] for i in wanted), signals[wanted]
         middle = signals.mean(axis=1)
@@ -278,8 +309,20 @@ class Predictor:
             leak=np.zeros(len(channels)),
         )
         record = run_chain(record, sensor_effects(machine), samples=phase_rad.size, seed=0)
-        noise = None if self.noise is None else self.noise[index]
-        return lines_of_record(record, probes=self.probes, orders=self.orders, kinds=self.kinds, missing_noise=noise)
+        found = np.zeros((len(self.probes), len(self.orders)), dtype=complex) if untouched is None else untouched
+        rows = np.arange(len(self.probes))
+        if untouched is not None and np.array_equal(record.phase_rad, phase_rad):
+            changed = {one.name for one, a, b in zip(channels, record.signals, signals, strict=True) if (a != b).any()}
+            rows = np.array([row for row in rows if self.probes[row] in changed], dtype=int)
+        if rows.size:
+            found[rows] = lines_of_record(
+                record,
+                probes=[self.probes[row] for row in rows],
+                orders=self.orders,
+                kinds=self.kinds,
+                missing_noise=None if self.noise is None else self.noise[index][rows],
+            )
+        return found
 
     def _ranges(self, channels: Sequence[Probe], otherwise: np.ndarray) -> np.ndarray:
         """Return the measuring range of each channel, the same in all conditions where it is known."""

@@ -95,6 +95,11 @@ class Fit:
         """Names of the effects, sorted, and "unknown" after them where something else acts beside them."""
         return (*sorted(candidate.name for candidate in self.candidates), *(["unknown"] if self.unknown_beside else []))
 
+    @property
+    def power(self) -> float:
+        """Squared residual, as far as the laws' tolerance does not hold it: in the mean of noise one for each real."""
+        return float(self.residual @ Widened(self.law).solve(self.residual))
+
     def machine(self, machine: Machine, position: np.ndarray | None = None) -> Machine:
         """Return the machine with the effects."""
         return with_candidates(machine, self.candidates, self.position if position is None else position)

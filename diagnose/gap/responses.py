@@ -30,9 +30,9 @@ class Responses:
         """Return the machine with the effects."""
         return with_candidates(self._machine, self.chosen, position)
 
-    def prepare(self, positions: Sequence[np.ndarray]) -> None:
-        """Compute several responses, side by side where they are simulated in time."""
-        self._predictor.prepare([self.machine(position) for position in positions])
+    def prepare(self, positions: Sequence[np.ndarray], *, most_in_time: int | None = None) -> list[bool]:
+        """Compute several responses, side by side; return which, see `Predictor.prepare`."""
+        return self._predictor.prepare([self.machine(position) for position in positions], most_in_time=most_in_time)
 
     def repeats(self, position: np.ndarray) -> bool:
         """Return whether the motion with the effects repeats with the shaft."""
@@ -48,7 +48,7 @@ class Responses:
         choose = [one.parameter.chooses for candidate in self.chosen for one in candidate.coordinates]
         wanted = np.flatnonzero(alive & ~np.array(choose, dtype=bool))
         moved = {int(i): position + step * np.eye(position.size)[i] for i in wanted}
-        self.prepare(list(moved.values()))
+        self._predictor.prepare([self.machine(one) for one in moved.values()], near=self.machine(position))
         found = np.zeros((position.size, *added.shape), dtype=complex)
         for i, one in moved.items():
             found[i] = (self(one) - added) / step

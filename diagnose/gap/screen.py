@@ -141,9 +141,10 @@ def _atoms(
         others = [i for i in others if shape.matters(i)]
     bent = moving if not proportional else ()
     positions = _spread(candidate, centre, others, bent, most=most if bent else min(most, MOST_SHAPES))
-    response.prepare(positions)
+    # Beside motions that repeat, the few that do not cost more than all others.
+    computed = response.prepare(positions, most_in_time=MOST_IN_TIME)
     found = []
-    for position in positions:
+    for position in itertools.compress(positions, computed):
         try:
             found.append(Atom(position, response(position), moving, proportional, turning))
         except UnpredictableError:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from .beside_unknown import beside_unknown
-from .evidence import Comparison, Problem, Widened
+from .evidence import Comparison, Problem
 from .force_kernels import ForceKernel
 from .hills import looked_about, with_hills
 from .hypotheses import Candidate
@@ -168,7 +168,7 @@ def _singles(screened: list[list[Start]], screening: Screening, problem: Problem
 
 def _is_rough(fit: Fit, none: Fit) -> bool:
     """Return whether an effect explains most, but leaves more than noise."""
-    return not explains_little(_power(fit), none) and chance_of_residual(fit) <= MISFIT
+    return not explains_little(fit.power, none) and chance_of_residual(fit) <= MISFIT
 
 
 def _scanned(fit: Fit, problem: Problem) -> Fit:
@@ -211,13 +211,9 @@ def _less_exact(fit: Fit, problem: Problem) -> Fit:
     return replace(found, log_evidence=found.log_evidence - cost, problem=fit.problem)
 
 
-def _power(fit: Fit) -> float:
-    return float(fit.residual @ Widened(fit.law).solve(fit.residual))
-
-
 def _jointly_best(fits: list[Fit], problem: Problem, none: Fit) -> list[Fit]:
     """Return the fits, those that explain most with the machine's own unknowns fitted beside them."""
-    little = [fit for fit in fits if explains_little(_power(fit), none)]
+    little = [fit for fit in fits if explains_little(fit.power, none)]
     ranked = sorted([fit for fit in fits if fit not in little], key=lambda fit: -fit.log_evidence)
     if not ranked:
         return little

@@ -6,6 +6,7 @@ that changes the structure acts on what the first one makes as well, so that its
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -33,6 +34,8 @@ JOINT = 3
 LITTLE, CLEARLY = 0.5, 200.0
 #: A single effect whose residual has this chance needs no partner, but where one is clearly better.
 EXPLAINED = 0.3
+#: By so many of its standard deviations what noise leaves of a squared residual may lie below its mean.
+LEAST_NOISE = 2.0
 #: Starts of each pair, and of one that is simulated in time.
 STARTS, STARTS_IN_TIME = 2, 1
 
@@ -48,6 +51,8 @@ def two_effects(
     explained = chance_of_residual(leaders[0]) > EXPLAINED
     found = []
     for rank, leader in enumerate(leaders):
+        if leader.log_evidence + _left_to_gain(leader) < best + PAIR_MARGIN:
+            continue
         ranked = _partners(leader, screening, problem, tell, explained=explained)
         others = [options for options in ranked if options[0].candidate.name not in leader.names]
         for number, options in enumerate(others[: PARTNERS[rank]]):
@@ -62,6 +67,12 @@ def two_effects(
         if not joint or fit.log_evidence > joint[0].log_evidence - CLOSE:
             joint.append(jointly(fit, problem, moves=MOVES))
     return [fit for fit in joint if fit.log_evidence > best + PAIR_MARGIN]
+
+
+def _left_to_gain(leader: Fit) -> float:
+    """Return the most evidence that a second effect may add: if it explains what is left beyond noise, at no cost."""
+    count = leader.residual.size
+    return 0.5 * max(leader.power - (count - LEAST_NOISE * math.sqrt(2 * count)), 0.0)
 
 
 def _repeat(leader: Fit, partner: Start, problem: Problem) -> bool:

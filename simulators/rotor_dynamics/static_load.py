@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -85,14 +87,21 @@ def _mean_forces(system: System, speed_rad_s: float) -> tuple[np.ndarray, float]
 
 def _least_response(matrix: np.ndarray, push: np.ndarray) -> np.ndarray:
     """Return x with matrix x + push = 0, without the motions that nothing holds."""
-    from scipy.linalg import matrix_balance
-
-    # Balanced first: coordinates in m, rad and V differ so much in size that the cut for "nothing holds" would hit
-    # others.
-    balanced, (scale, _) = matrix_balance(matrix, permute=False, separate=True)
-    inverse = np.linalg.pinv(-balanced, rcond=1e-14)
+    balanced, scale, inverse = _inverse(np.ascontiguousarray(matrix).tobytes())
     wanted = push / scale
     found = inverse @ wanted
     for _ in range(2):
         found = found + inverse @ (wanted + balanced @ found)
     return found * scale
+
+
+@functools.lru_cache(maxsize=32)
+def _inverse(matrix: bytes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return a square matrix balanced, its scale, and the inverse without what nothing holds; kept, as few change."""
+    from scipy.linalg import matrix_balance
+
+    whole = np.frombuffer(matrix).reshape(2 * [math.isqrt(len(matrix) // 8)])
+    # Balanced first: coordinates in m, rad and V differ so much in size that the cut for "nothing holds" would hit
+    # others.
+    balanced, (scale, _) = matrix_balance(whole, permute=False, separate=True)
+    return balanced, scale, np.linalg.pinv(-balanced, rcond=1e-14)

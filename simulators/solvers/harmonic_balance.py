@@ -69,7 +69,7 @@ class PeriodicMotion:
 
     def waveform(self, phase_rad: np.ndarray) -> np.ndarray:
         """Return the probe signals at the given shaft angles, shape (probes, angles)."""
-        return np.real(self.amplitudes @ np.exp(1j * np.outer(self.orders, phase_rad)))
+        return np.real(self.amplitudes @ powers(np.exp(1j * self.orders[1] * phase_rad), self.orders.size))
 
     def amplitude(self, probe: str, order: float) -> complex:
         """Return the complex amplitude of one probe at one order of this motion."""
@@ -123,11 +123,17 @@ def harmonic_balance_at_speeds(
 
 @single_blas_thread
 def harmonic_balances(
-    cases: Sequence[tuple[Machine, Sequence[float]]], *, harmonics: int = 8, revolutions: int = 1
+    cases: Sequence[tuple[Machine, Sequence[float]]],
+    *,
+    harmonics: int = 8,
+    revolutions: int = 1,
+    near: Sequence[Sequence[PeriodicMotion] | None] | None = None,
 ) -> list[list[PeriodicMotion] | RotorwiseError]:
     """Return the steady periodic motions of several machines, each at several speeds, side by side.
 
-    Parameters as in `harmonic_balance`. A machine without a periodic motion at one of its speeds has that error in its
+    Parameters as in `harmonic_balance`, and ``near``: for each case the motions of a machine that is nearly the same,
+    at each speed, or None. A nonlinear machine's motion is then sought from there, not from rest: in fewer steps, and
+    of several motions the one close by. A machine without a periodic motion at one of its speeds has that error in its
     place.
     """
     if harmonics < 1 or revolutions < 1:
@@ -135,7 +141,8 @@ def harmonic_balances(
     found: dict[tuple[int, int], PeriodicMotion] = {}
     failed: dict[int, RotorwiseError] = {}
     groups: dict[object, list[_Lane]] = {}
-    for number, (machine, speeds_rpm) in enumerate(cases):
+    near = near or [None] * len(cases)
+    for number, ((machine, speeds_rpm), beside) in enumerate(zip(cases, near, strict=True)):
         profiles = [steady(speed_rpm=speed) for speed in speeds_rpm]
         try:
             systems = _systems(machine, profiles)
@@ -144,7 +151,7 @@ def harmonic_balances(
             continue
         wiring = {id(system): _wiring(system) for system in systems}
         for index, (profile, system) in enumerate(zip(profiles, systems, strict=True)):
-            lane = _Lane((number, index), system, profile.speeds_rad_s[0])
+            lane = _Lane((number, index), system, profile.speeds_rad_s[0], beside[index] if beside else None)
             groups.setdefault(wiring[id(system)], []).append(lane)
     for group in groups.values():
         for lane, motion in zip(group, _side_by_side(group, harmonics * revolutions, revolutions), strict=True):
@@ -160,17 +167,18 @@ def harmonic_balances(
 
 @dataclass(frozen=True, eq=False)
 class _Lane:
-    """One machine at one speed; ``place`` is the number of the case, then of the speed."""
+    """One machine at one speed; ``place`` is the number of the case, then of the speed; ``near`` a motion close by."""
 
     place: tuple[int, int]
     system: System
     speed_rad_s: float
+    near: PeriodicMotion | None
 
 
 def _side_by_side(lanes: list[_Lane], count: int, revolutions: int) -> list[PeriodicMotion | RotorwiseError]:
     """Return the motions of lanes; where some force does not repeat, one machine after the other."""
     try:
-        return _motions([lane.system for lane in lanes], [lane.speed_rad_s for lane in lanes], count, revolutions)
+        return _motions(lanes, count, revolutions)
     except RotorwiseError as problem:
         cases: dict[int, list[_Lane]] = {}
         for lane in lanes:
@@ -227,10 +235,9 @@ def _wiring(system: System) -> object:
     return forces, ends, system.motion_rows.tobytes(), system.force_directions.tobytes()
 
 
-def _motions(
-    systems: list[System], speeds_rad_s: list[float], count: int, revolutions: int
-) -> list[PeriodicMotion | RotorwiseError]:
+def _motions(lanes: list[_Lane], count: int, revolutions: int) -> list[PeriodicMotion | RotorwiseError]:
     """Return the motions of lanes with the same forces, up to ``count`` harmonics of the period."""
+    systems, speeds_rad_s = [lane.system for lane in lanes], [lane.speed_rad_s for lane in lanes]
     first, orders = systems[0], np.arange(count + 1) / revolutions
     excited = [force.name for force in first.forces if force.law.self_excited]
     if excited:
@@ -248,7 +255,7 @@ def _motions(
             pushed = balanced_linear(forces, responding)
             residuals = np.where(np.isfinite(pushed).all(axis=(1, 2)), 0.0, np.nan)
         else:
-            pushed, residuals = balanced_newton(forces, responding)
+            pushed, residuals = balanced_newton(forces, responding, _starts(lanes, responding))
     else:
         pushed, residuals = np.zeros((len(systems), count + 1, 0), dtype=complex), np.zeros(len(systems))
     motions = _one_sided(responding.motions(pushed).swapaxes(1, 2))
@@ -262,6 +269,17 @@ def _motions(
         )
         for i, (system, speed) in enumerate(zip(systems, speeds_rad_s, strict=True))
     ]
+
+
+def _starts(lanes: list[_Lane], responding: Responses) -> np.ndarray | None:
+    """Return where the motions (lanes, K + 1, motions) are sought from: rest where none is known close by."""
+    if not any(lane.near for lane in lanes):
+        return None
+    found = np.zeros(responding.factors.shape, dtype=complex)
+    for own, lane in zip(found, lanes, strict=True):
+        if lane.near is not None and lane.near.motions.T.shape == own.shape:
+            own[:] = lane.near.motions.T / _sides(own.shape[0])[:, None]
+    return found
 
 
 def _responses(systems: list[System], speeds_rad_s: list[float], count: int, revolutions: int) -> Responses:
@@ -281,6 +299,18 @@ def _responses(systems: list[System], speeds_rad_s: list[float], count: int, rev
     of_probes *= (rates ** np.array(derivatives, dtype=int))[..., None]
     factors = np.where(first.motion_rows[:, n : 2 * n].any(axis=1), rates, 1.0)
     return Responses(of_directions, of_probes, directions, factors)
+
+
+def powers(turning: np.ndarray, count: int) -> np.ndarray:
+    """Return the powers 0 to ``count`` - 1 of complex numbers (n,), shape (count, n).
+
+    Of exp(i phi): a product each, where exp(i k phi) would cost a sine and a cosine.
+    """
+    found = np.empty((count, turning.size), dtype=complex)
+    found[0] = 1.0
+    for k in range(1, count):
+        np.multiply(found[k - 1], turning, out=found[k])
+    return found
 
 
 def balance_matrix(slope: np.ndarray, responses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -311,4 +341,8 @@ def balance_matrix(slope: np.ndarray, responses: np.ndarray) -> tuple[np.ndarray
 
 def _one_sided(two_sided: np.ndarray) -> np.ndarray:
     """Turn two-sided harmonics 0..K into peak amplitudes: all but the mean count twice."""
-    return two_sided * np.where(np.arange(two_sided.shape[-1]) == 0, 1.0, 2.0)
+    return two_sided * _sides(two_sided.shape[-1])
+
+
+def _sides(orders: int) -> np.ndarray:
+    return np.where(np.arange(orders) == 0, 1.0, 2.0)

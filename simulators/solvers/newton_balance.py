@@ -18,8 +18,6 @@ import numpy as np
 from .periodic_balance import (
     Responses,
     Slopes,
-    add_real_form,
-    by_direction,
     identity_minus,
     moved_by_slopes,
     real_parts,
@@ -31,23 +29,29 @@ from .periodic_balance import (
     with_slopes,
 )
 from .periodic_forces import PeriodicForces
+from .slope_matrix import slope_matrix
 
 MOST_STEPS = 40
 #: Relative change of the motions at which Newton's method ends, and above which it has found nothing.
 TOLERANCE, WORST = 1e-10, 1e-6
 
 
-def balanced_newton(forces: PeriodicForces, responding: Responses) -> tuple[np.ndarray, np.ndarray]:
+def balanced_newton(
+    forces: PeriodicForces, responding: Responses, start: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the harmonics of the forces in balance, (lanes, K + 1, forces), and the last relative change of each lane.
 
-    From rest, each lane until it has converged: nonlinear forces are replaced by their slopes along the motion found
-    last. A lane that does not converge ends with a change above `WORST`, or not a number.
+    From ``start``, motions (lanes, K + 1, motions), or from rest; each lane until it has converged: nonlinear forces
+    are replaced by their slopes along the motion found last. A lane that does not converge ends with a change above
+    `WORST`, or not a number.
     """
     constant, slope = forces.linear_parts()
     given, linear = spectrum_of(constant, responding.top), slopes_of(slope, responding.top)
     lanes = given.shape[0]
     condensed = _condensed(forces, given, linear, responding)
     found = np.zeros(responding.factors.shape, dtype=complex)
+    if start is not None:
+        found[:, :, condensed.reads] = start[:, :, condensed.reads]
     change, going = np.full(lanes, np.inf), np.arange(lanes)
     for _ in range(MOST_STEPS):
         pushes, slopes = _linearised(forces, going, found[going], constant.shape)
@@ -103,13 +107,12 @@ class _Condensed:
 
     def _slope_matrix(self, slopes: Slopes, factors: np.ndarray) -> np.ndarray:
         """Return S for real parts, then imaginary parts, shape (lanes, forces, displacements)."""
-        lanes, orders = factors.shape[:2]
-        number = np.searchsorted(self.reads, slopes.pairs[:, 1])
-        matrix = np.zeros((lanes, 2, self.acts.size, orders, 2, self.place.max() + 1, orders))
-        for at, acts, before, after in by_direction(slopes, self.place[number], factors):
-            for pair, act in enumerate(np.searchsorted(self.acts, acts).tolist()):
-                add_real_form(matrix[:, :, act, :, :, at], before[:, :, pair], after[:, :, pair])
-        return matrix.reshape(lanes, 2 * self.acts.size * orders, -1)
+        acts, reads = slopes.pairs.T
+        places = self.place[np.searchsorted(self.reads, reads)]
+        sizes = self.acts.size, int(self.place.max()) + 1
+        return slope_matrix(
+            slopes.spectrum, np.searchsorted(self.acts, acts), places, factors[:, :, reads], sizes=sizes
+        )
 
 
 def _condensed(forces: PeriodicForces, given: np.ndarray, linear: Slopes, responding: Responses) -> _Condensed:

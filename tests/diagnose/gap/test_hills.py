@@ -35,7 +35,7 @@ class Ripples:
             found[:, 0] += z + np.sin(12.0 * z * speed)
         return found
 
-    def prepare(self, machines: Any) -> None:
+    def prepare(self, machines: Any, **_: Any) -> None:
         pass
 
     def repeats(self, machine: Any) -> bool:

@@ -37,7 +37,7 @@ class OneResonance:
         turning = 0.2 + sum(1e3 * e.moment_kg_m * np.exp(1j * e.angle_rad) for e in machine.effects)
         return (turning * ratio**2 / (1 - ratio**2 + 2j * DAMPING * ratio))[:, None, None]
 
-    def prepare(self, machines: Any) -> None:
+    def prepare(self, machines: Any, **_: Any) -> None:
         pass
 
     def repeats(self, machine: Any) -> bool:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rotorwise.diagnose.gap.line_noise import BLACKMAN_HARRIS, weighted_amplitudes
+from rotorwise.diagnose.gap.line_noise import BLACKMAN_HARRIS, carriers_of, weighted_amplitudes
 from rotorwise.diagnose.gap.lines import Condition, LineKind
 from rotorwise.diagnose.gap.predict import Predictor
 from rotorwise.simulators.effect import make_effect
@@ -62,6 +62,28 @@ def test_a_line_close_to_an_order_is_predicted_as_far_as_the_recording_shows_it(
     names = [probe.name for probe in motion.probes]
     expected = [0.05 * 0.4 * swing[names.index(name)] for name in predictor.probes[:2]]
     assert change[:2].real == pytest.approx(expected, rel=0.05)
+
+
+def test_a_chain_that_leaves_a_channel_alone_leaves_its_lines_alone():
+    predictor, machine = _predictor("amb_rotor", (1300.0, 1900.0), 10_000.0), find_machine("amb_rotor")
+    hum = make_effect("mains_hum", {"amplitude": 0.05}, at="path_2")
+    change = predictor.amplitudes(machine.with_effects(hum)) - predictor.amplitudes(machine)
+    own = predictor.probes.index("path_2")
+    assert np.abs(change[:, own]).max() > 0
+    assert not np.delete(change, own, axis=1).any()
+
+
+def test_only_so_many_are_simulated_in_time():
+    predictor, machine = _predictor("amb_rotor", (1300.0,), 2000.0), find_machine("amb_rotor")
+    shaken = [machine.with_effects(make_effect("load_fluctuation", {"torque_n_m": 0.1 * k})) for k in range(1, 6)]
+    bent = machine.with_effects(make_effect("unbalance", {"moment_kg_m": 1e-3}))
+    assert predictor.prepare([*shaken, bent], most_in_time=2) == [True, False, False, False, True, True]
+
+
+def test_carriers_of_half_orders_are_products_of_one():
+    turns, orders = np.linspace(0.3, 40.0, 5000), np.array([3.0, 0.5, 1.0, 1 / 3, 0.0, 6.5, 21.37, 2.0])
+    wanted = np.exp(-2j * np.pi * np.outer(orders, turns))
+    np.testing.assert_allclose(carriers_of(orders, turns), wanted, rtol=0, atol=1e-12)
 
 
 def test_what_lies_beside_an_order_does_not_leak_into_it():

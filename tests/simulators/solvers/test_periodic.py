@@ -6,7 +6,11 @@ from rotorwise.simulators.effects import Unbalance
 from rotorwise.simulators.errors import InvalidValueError
 from rotorwise.simulators.law import InterfaceForce, Law, compiled_force, no_signals
 from rotorwise.simulators.solvers.floquet import floquet_multipliers
-from rotorwise.simulators.solvers.harmonic_balance import NoPeriodicMotionError, harmonic_balance
+from rotorwise.simulators.solvers.harmonic_balance import (
+    NoPeriodicMotionError,
+    harmonic_balance,
+    harmonic_balances,
+)
 from rotorwise.simulators.solvers.lyapunov import lyapunov_exponent
 from scipy.special import mathieu_a, mathieu_b
 
@@ -73,6 +77,25 @@ def test_nonlinear_balance_is_the_duffing_closed_form_for_small_drive():
     run = machine.simulate(speed_rpm=w * RPM, duration_s=4 * np.pi / w, rate_hz=64 * w / (2 * np.pi), settle_s=120.0,
                            step_s=0.002)  # fmt: skip
     assert np.abs(run.probe("a displacement") - found.waveform(run.phase_rad)[0]).max() < 3e-5 * amplitude
+
+
+def test_of_two_motions_the_one_close_by_is_found():
+    # Duffing's hardening spring is driven at a speed at which a large and a small motion are both possible; the large
+    # one is reached from lower speeds, step by step.
+    machine = duffing(stiffness=100.0, cubic=50.0, drive=10.0, damping=0.5)
+    (near,) = harmonic_balances([(machine, [9.0 * RPM])], harmonics=7)
+    for w in np.linspace(9.0, 12.5, 15):
+        (near,) = harmonic_balances([(machine, [w * RPM])], harmonics=7, near=[near])
+    (beside,) = harmonic_balances([(machine.with_parameters(drive=10.01), [w * RPM])], harmonics=7, near=[near])
+    (rest,) = harmonic_balances([(machine, [w * RPM])], harmonics=7)
+    large, larger, small = (abs(one[0].amplitude("a displacement", 1)) for one in (near, beside, rest))
+    assert large > 3 * small
+    assert larger == pytest.approx(large, rel=1e-2)
+    for amplitude in (large, small):
+        cubic = 0.75 * 50.0 * amplitude**3
+        force = np.hypot((100.0 - w**2) * amplitude + cubic, 0.5 * w * amplitude)
+        # One term leaves out what the third harmonic, a hundredth of the first, adds to the cubic force.
+        assert force == pytest.approx(10.0, rel=1e-3, abs=0.02 * cubic)
 
 
 def test_balance_of_a_switching_spring_agrees_with_time_stepping():
