@@ -26,7 +26,7 @@ from .joint_fit import jointly
 from .judged import TOLD_APART
 from .predict import UnpredictableError
 from .prediction import Predicted, given_others, prior_of
-from .refine import FIRST_STEPS, Fit, climbed, laws_of, own_responses
+from .refine import FIRST_STEPS, Fit, climbed, laws_of
 from .responses import Responses
 from .search import MISFIT, Posterior
 from .shown_lines import SHOWN
@@ -126,9 +126,10 @@ def _given_fitted(fit: Fit, problem: Problem, held_out: Sequence[int]) -> Predic
     around = again(problem.baseline, fit.machine(own), predictor)
     response = around.lines - predictor.amplitudes(own)
     alive = np.ones(fit.position.size, dtype=bool)
-    slopes = Responses(fit.candidates, own, predictor).slopes(fit.position, response, alive)
+    responses = Responses(fit.candidates, own, predictor)
+    slopes = responses.slopes(fit.position, response, alive)
     compared = problem.around(around, response)
-    law = laws_of(compared, fit.candidates, own_responses(fit.candidates, fit.position, response, slopes))
+    law = laws_of(compared, fit.candidates, responses.own(fit.position, response))
     residual, directions = prior_of(fit, compared.residual, compared.whitened(slopes), law.directions)
     size = np.where(compared.seen, np.abs(response) / problem.lines.deviations, 0.0)
     return given_others(compared, residual, directions, held_out, made=size.max(axis=(0, 1)) > SHOWN)

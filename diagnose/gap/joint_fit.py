@@ -12,7 +12,8 @@ from .coordinates import log_prior
 from .evidence import Comparison, Problem, Widened, log_density, model_errors
 from .lines import stacked
 from .predict import UnpredictableError
-from .refine import Fit, fit_at, laws_of, own_responses, refined
+from .refine import Fit, fit_at, laws_of, refined
+from .responses import Responses
 from .whitening import lower_solved
 
 #: Longest move of the machine's coordinates, and how often one that makes it worse is halved.
@@ -48,7 +49,8 @@ def jointly(fit: Fit, problem: Problem, *, moves: int) -> Fit:
         return fit
     if in_time:
         compared = _before_effects(problem.around(around, fit.response), fit.response)
-        return replace(fit_at(fit.candidates, fit.position, fit.response, fit.slopes, compared), problem=problem)
+        response = Responses(fit.candidates, baseline.machine, problem.predictor)
+        return replace(fit_at(response, fit.position, fit.response, fit.slopes, compared), problem=problem)
     best, most, halved = fit, -math.inf, 0
     start, change = problem, np.zeros(baseline.position.size)
     seen = np.concatenate([baseline.position, fit.position])
@@ -103,8 +105,8 @@ def density_at_values(fit: Fit, problem: Problem) -> float:
     )
     compared = fixed.around(fixed.baseline, fit.response)
     residual = compared.residual - compared.whitened(fit.response)
-    own_parts = own_responses(fit.candidates, fit.position, fit.response, fit.slopes)
-    law = laws_of(compared, fit.candidates, own_parts)
+    response = Responses(fit.candidates, problem.baseline.machine, problem.predictor)
+    law = laws_of(compared, fit.candidates, response.own(fit.position, fit.response))
     outside = problem.baseline.prior_mean[:own] / problem.baseline.prior[:own]
     prior = log_prior(fit.coordinates, fit.position) - 0.5 * float(outside @ outside)
     return log_density(compared, residual, law) + prior + _density_of_healthy(fixed)

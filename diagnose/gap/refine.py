@@ -202,7 +202,7 @@ def refined(
         slopes = best.slopes
         if slopes is None:
             slopes = response.slopes(best.position, best.added, best.alive)
-        return fit_at(chosen, best.position, best.added, slopes, compared)
+        return fit_at(response, best.position, best.added, slopes, compared)
     except UnpredictableError:
         return None
 
@@ -212,11 +212,12 @@ def _precision(chosen: Sequence[Candidate]) -> np.ndarray:
 
 
 def fit_at(
-    chosen: Sequence[Candidate], position: np.ndarray, added: np.ndarray, slopes: np.ndarray, compared: Comparison
+    response: Responses, position: np.ndarray, added: np.ndarray, slopes: np.ndarray, compared: Comparison
 ) -> Fit:
     """Return the fit at its best position with Laplace's evidence."""
+    chosen = response.chosen
     coordinates = tuple(c for candidate in chosen for c in candidate.coordinates)
-    own = own_responses(chosen, position, added, slopes)
+    own = response.own(position, added)
     law = laws_of(compared, chosen, own)
     residual = compared.residual - compared.whitened(added)
     white = compared.whitened(slopes)
@@ -231,7 +232,7 @@ def fit_at(
     open_strength = Widened(np.concatenate([law.directions, *(strength_columns(compared, one) for one in own)]))
     covariance = np.linalg.inv(white @ open_strength.solve(white).T + np.diag(least))
     covariance = told_to_a_factor(covariance, chosen, position, own, compared)
-    found = Fit(tuple(chosen), position, covariance, added, slopes, evidence, residual, law.directions)
+    found = Fit(chosen, position, covariance, added, slopes, evidence, residual, law.directions)
     return replace(found, compared=compared)
 
 
@@ -266,27 +267,6 @@ def laws_of(compared: Comparison, chosen: Sequence[Candidate], responses: Sequen
     each = zip(chosen, responses, strict=True)
     found = [law_columns(compared, own, idealised=one.effect.IDEALISED) for one, own in each]
     return Widened(np.concatenate([np.zeros((0, compared.residual.size)), *found]))
-
-
-def own_responses(
-    chosen: Sequence[Candidate], position: np.ndarray, added: np.ndarray, slopes: np.ndarray
-) -> list[np.ndarray]:
-    """Return what each effect adds: of several, how far its strengths are from zero times their slopes."""
-    if len(chosen) < 2:
-        return [added] * len(chosen)
-    found, start = [], 0
-    for candidate in chosen:
-        own = np.zeros_like(added)
-        for number in candidate.strengths:
-            coordinate, z = candidate.coordinates[number], float(position[start + number])
-            value, further = coordinate.value(z), coordinate.value(z + STEP)
-            zero = coordinate.parameter.zero
-            assert zero is not None
-            if further != value:
-                own += (value - zero) * STEP / (further - value) * slopes[start + number]
-        found.append(own)
-        start += len(candidate.coordinates)
-    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -326,7 +306,7 @@ def _climb(
     for _ in range(most_steps):
         in_time = not response.repeats(position)
         slopes = response.slopes(position, added, alive)
-        law = laws_of(compared, response.chosen, own_responses(response.chosen, position, added, slopes))
+        law = laws_of(compared, response.chosen, response.own(position, added))
         here = best = _objective(compared, added, position, precision, law)
         white = compared.whitened(slopes)
         if in_time:

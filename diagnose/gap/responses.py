@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
 
 from ...simulators.machine import Machine
 from .hypotheses import Candidate
-from .predict import Predictor
+from .predict import Predictor, UnpredictableError
 
 #: Steps of the slopes in standard coordinates: of periodic motions, and of motions simulated in time.
 STEP, STEP_IN_TIME = 2e-3, 0.05
@@ -37,6 +38,27 @@ class Responses:
     def repeats(self, position: np.ndarray) -> bool:
         """Return whether the motion with the effects repeats with the shaft."""
         return self._predictor.repeats(self.machine(position))
+
+    def own(self, position: np.ndarray, added: np.ndarray) -> list[np.ndarray]:
+        """Return what each effect adds beside the others, at a position where together they add ``added``.
+
+        Where the others alone have no motion that can be computed, all of it.
+        """
+        if len(self.chosen) < 2:
+            return [added] * len(self.chosen)
+        edges = np.cumsum([0, *(len(candidate.coordinates) for candidate in self.chosen)])
+        rest = []
+        for number, (start, stop) in enumerate(itertools.pairwise(edges.tolist())):
+            others = [*self.chosen[:number], *self.chosen[number + 1 :]]
+            rest.append(with_candidates(self._machine, others, np.delete(position, slice(start, stop))))
+        self._predictor.prepare(rest)
+        found = []
+        for machine in rest:
+            try:
+                found.append(added - (self._predictor.amplitudes(machine) - self._base))
+            except UnpredictableError:
+                found.append(added)
+        return found
 
     def slopes(self, position: np.ndarray, added: np.ndarray, alive: np.ndarray) -> np.ndarray:
         """Return the derivatives in the coordinates at a position where the response is ``added``.

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from rotorwise.diagnose.gap.baseline import Baseline, error_covariance, noise_covariance
+from rotorwise.diagnose.gap.coordinates import coordinates_of
 from rotorwise.diagnose.gap.evidence import (
     IDEALISED_LAW,
     IDEALISED_PROBE,
@@ -22,8 +23,15 @@ from rotorwise.diagnose.gap.evidence import (
     log_density,
     strength_columns,
 )
+from rotorwise.diagnose.gap.hypotheses import Candidate
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines, joined, stacked
+from rotorwise.diagnose.gap.predict import Predictor
+from rotorwise.diagnose.gap.responses import Responses
 from rotorwise.diagnose.gap.transfer_error import none_of
+from rotorwise.simulators import amb_rotor, rigid_coupling
+from rotorwise.simulators.effects.looseness import Looseness
+from rotorwise.simulators.effects.shaft_bow import ShaftBow
+from rotorwise.simulators.effects.unbalance import Unbalance
 
 GENERATOR = np.random.default_rng(4)
 PROBES, ORDERS = ("a", "b"), (1.0, 2.0)
@@ -138,33 +146,35 @@ def test_a_weak_line_is_told_as_well_beside_a_strong_one_of_another_speed(strong
     assert found == pytest.approx(expected, rel=1e-3)
 
 
-def test_two_effects_of_a_linear_machine_add_what_each_adds_alone():
-    from rotorwise.diagnose.gap.coordinates import coordinates_of
-    from rotorwise.diagnose.gap.hypotheses import Candidate
-    from rotorwise.diagnose.gap.predict import Predictor
-    from rotorwise.diagnose.gap.refine import own_responses
-    from rotorwise.diagnose.gap.responses import Responses
-    from rotorwise.simulators import amb_rotor
-    from rotorwise.simulators.effects.shaft_bow import ShaftBow
-    from rotorwise.simulators.effects.unbalance import Unbalance
-
-    conditions, orders = (Condition(1500.0), Condition(3000.0)), (1.0, 2.0, 3.0)
-    probes = tuple(probe.name for probe in amb_rotor.bare_assembly().probes)
-    plain = (LineKind(),) * 3
-    predictor = Predictor(conditions, probes, orders, (4000.0,) * 2, (12000,) * 2, plain, (0,) * 3)
-    effects = (Unbalance(at="disc", moment_kg_m=3e-4, angle_rad=0.7), ShaftBow(bow_m=2e-5, angle_rad=-1.0))
+def _two(machine, conditions, *effects):
+    """Return the responses of two effects together, their position, and those of each alone."""
+    probes = tuple(probe.name for probe in machine.bare_assembly().probes)
+    count, orders, plain = len(conditions), (1.0, 2.0, 3.0), (LineKind(),) * 3
+    predictor = Predictor(conditions, probes, orders, (4000.0,) * count, (12000,) * count, plain, (0,) * 3)
     chosen = [Candidate(one, coordinates_of(one.parameters())) for one in effects]
     places = [
-        [c.coordinate(e.values()[c.parameter.name]) for c in k.coordinates]
+        np.array([c.coordinate(e.values()[c.parameter.name]) for c in k.coordinates])
         for e, k in zip(effects, chosen, strict=True)
     ]
-    position = np.concatenate(places)
-    both = Responses(chosen, amb_rotor, predictor)
+    alone = [Responses([candidate], machine, predictor)(place) for candidate, place in zip(chosen, places, strict=True)]
+    return Responses(chosen, machine, predictor), np.concatenate(places), alone
+
+
+def test_two_effects_of_a_linear_machine_add_what_each_adds_alone():
+    effects = Unbalance(at="disc", moment_kg_m=3e-4, angle_rad=0.7), ShaftBow(bow_m=2e-5, angle_rad=-1.0)
+    both, position, alone = _two(amb_rotor, (Condition(1500.0), Condition(3000.0)), *effects)
+    for own, other in zip(both.own(position, both(position)), alone, strict=True):
+        assert np.abs(own - other).max() < 1e-9 * np.abs(other).max()
+
+
+def test_an_effect_that_bends_adds_no_more_than_what_is_missing_without_it():
+    # A loose support's response at its strength's slope would be far from what it adds.
+    effects = Unbalance(at="rotor_1", moment_kg_m=2e-4, angle_rad=0.7), Looseness(at="support_1", loss=0.6)
+    both, position, alone = _two(rigid_coupling, (Condition(1500.0),), *effects)
     added = both(position)
-    found = own_responses(chosen, position, added, both.slopes(position, added, np.ones(position.size, dtype=bool)))
-    for candidate, place, own in zip(chosen, places, found, strict=True):
-        alone = Responses([candidate], amb_rotor, predictor)(np.array(place))
-        assert np.abs(own - alone).max() < 5e-3 * np.abs(alone).max()
+    unbalance, looseness = both.own(position, added)
+    np.testing.assert_allclose(looseness, added - alone[0], rtol=1e-9, atol=1e-20)
+    np.testing.assert_allclose(unbalance, added - alone[1], rtol=1e-9, atol=1e-20)
 
 
 def test_a_strength_is_known_no_better_than_its_law():

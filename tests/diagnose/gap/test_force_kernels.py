@@ -1,0 +1,52 @@
+"""What unknown forces make of the lines, against effects that are such forces."""
+
+import numpy as np
+import pytest
+from rotorwise.diagnose.gap.force_kernels import force_kernels
+from rotorwise.diagnose.gap.lines import Condition, LineKind
+from rotorwise.diagnose.gap.predict import Predictor
+from rotorwise.simulators import amb_rotor
+from rotorwise.simulators.effects.unbalance import Unbalance
+
+SPEEDS_RPM = (1500.0, 2600.0, 3300.0)
+
+
+def _predictor() -> Predictor:
+    probes = tuple(probe.name for probe in amb_rotor.bare_assembly().probes)
+    count = len(SPEEDS_RPM)
+    conditions = tuple(Condition(speed) for speed in SPEEDS_RPM)
+    return Predictor(conditions, probes, (1.0,), (4000.0,) * count, (12_000,) * count, (LineKind(),), (0,))
+
+
+def _evidence(kernel: np.ndarray, lines: np.ndarray) -> float:
+    """Return the log density of lines (conditions, probes) of rms 1 under a kernel of that power, in 1 % of noise."""
+    size = lines.size
+    flat = lines.ravel() / np.sqrt((np.abs(lines) ** 2).mean())
+    whole = kernel.reshape(size, size)
+    covariance = whole * size / np.real(np.trace(whole)) + 1e-4 * np.eye(size)
+    return -float(np.real(flat.conj() @ np.linalg.solve(covariance, flat))) - np.linalg.slogdet(covariance)[1]
+
+
+def test_an_unbalance_is_a_force_that_turns_with_the_shaft_and_grows_with_the_square_of_speed() -> None:
+    predictor = _predictor()
+    unbalance = amb_rotor.with_effects(Unbalance(at="disc", moment_kg_m=1e-4, angle_rad=0.4))
+    lines = (predictor.amplitudes(unbalance) - predictor.amplitudes(amb_rotor))[:, :, 0]
+    kernels = force_kernels(amb_rotor, predictor)
+    best, *others = sorted(kernels, key=lambda one: -_evidence(one.lines[0], lines))
+    assert best.at == "disc"
+    place = [one for one in kernels if one.at == "disc"]
+    # Four laws of forces in any direction come first, then those of one that turns; the last law is speed squared.
+    assert best is place[7]
+    # Better than the same without a direction of its own, as it says as much with half the unknowns.
+    assert _evidence(best.lines[0], lines) > _evidence(place[3].lines[0], lines) + 5
+    assert others[0].at == "disc"
+
+
+@pytest.mark.parametrize("place", ["disc", "coupling_hub"])
+def test_a_moment_that_turns_is_among_them(place: str) -> None:
+    kernels = [one for one in force_kernels(amb_rotor, _predictor()) if one.at == place]
+    # Forces in any direction, one that turns, one moment that turns, moments in any direction: four laws each.
+    assert len(kernels) == 16
+    # Of one complex amplitude: in each condition all lines follow from it.
+    ranks = [np.linalg.matrix_rank(one.lines[0][0, :, 0, :], tol=1e-9 * np.abs(one.lines[0]).max()) for one in kernels]
+    assert ranks[::4] == [2, 1, 1, 2]
