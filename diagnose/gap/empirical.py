@@ -1,7 +1,7 @@
 """What no effect explains, as forces: for each order the place, the direction and the law in speed and load.
 
 An order's unexplained lines d are set against forces at one place, d = T(speed) (speed / reference)^p a, with the
-transfer T from the machine's mean matrices, complex amplitudes a in closed form and the exponents by least squares in
+transfer T of `force_transfer`, complex amplitudes a in closed form and the exponents by least squares in
 the lines' covariance. Places and directions are compared by evidence (BIC). A description, not an explanation: an order
 at which no force at one place does well is shown, and none is added.
 """
@@ -19,7 +19,7 @@ import numpy as np
 from ...simulators.effects.empirical_force import EmpiricalForce
 from .baseline import error_covariance
 from .evidence import PROBE_TOLERANCE, Comparison
-from .force_kernels import force_places, transfer
+from .force_transfer import force_places, force_transfer
 from .judged import TOLD_APART, judged
 from .predict import Predictor
 from .result import AddedForce, Estimate
@@ -56,9 +56,9 @@ class _Order:
     bounds: tuple[tuple[float, float], ...]
 
     def columns(self, lines: np.ndarray) -> np.ndarray:
-        """Return lines (forces, conditions, probes) and the same a quarter period on, whitened: (reals, 2 forces)."""
-        both = np.concatenate([lines, 1j * lines])
-        flat = np.concatenate([both.real[:, self.parts[0]], both.imag[:, self.parts[1]]], axis=1)
+        """Return lines (2, forces, conditions, probes), of amplitudes 1, then of i, whitened: (reals, 2 forces)."""
+        both = lines.reshape(-1, *lines.shape[2:])
+        flat = np.concatenate([np.real(both)[:, self.parts[0]], np.imag(both)[:, self.parts[1]]], axis=1)
         return self.whitening @ flat.T
 
 
@@ -122,13 +122,13 @@ def forces_of(
     broken, not_described = [], []
     kinds = compared.lines.kinds
     whole = [k for k in numbers if kinds[k].phase and _is_whole(compared.lines.orders[k])]
-    moved = np.stack([transfer(machine, predictor, i) for i in range(len(predictor.conditions))]) if whole else None
+    moved = force_transfer(machine, predictor) if whole else None
     names = line_names(compared.lines)
     for k in numbers:
         if moved is None or k not in whole:
             broken.append(names[k])
             continue
-        added = _of_order(_order(compared, k), moved[:, k], force_places(machine), compared)
+        added = _of_order(_order(compared, k), moved[:, :, k], force_places(machine), compared)
         found += added
         not_described += [] if added else [names[k]]
     remarks = [
@@ -202,7 +202,7 @@ def _of_order(
         for ways in TOGETHER:
             columns = [places.index((name, way)) for way in ways if (name, way) in places]
             if len(columns) == len(ways):
-                lines = np.moveaxis(moved[:, :, columns], -1, 0)
+                lines = np.moveaxis(moved[..., columns], -1, 1)
                 options += [_best(order, lines, name, ways)] if np.abs(lines).max() > 0 else []
     if not options:
         return []

@@ -110,7 +110,7 @@ def _most_probable(
     options = [(_line_kernel(compared), 1 / 3 if kernels and lines.kinds[order].phase else 1.0)]
     if lines.kinds[order].phase:
         shares = prior_shares(kernels)
-        options += [(kernel.lines[order], share) for kernel, share in zip(kernels, shares, strict=True)]
+        options += [(kernel.lines(order), share) for kernel, share in zip(kernels, shares, strict=True)]
     found = []
     for number, (kernel, share) in enumerate(options):
         block = _stacked(compared, order, kernel) * largest**2
@@ -133,15 +133,9 @@ def _joint(compared: Comparison, residual: np.ndarray, added: np.ndarray) -> tup
 
 
 def _stacked(compared: Comparison, order: int, kernel: np.ndarray) -> np.ndarray:
-    """Return the covariance of one order's stacked lines that a complex kernel makes of them, largest variance 1."""
-    real, imaginary = (part[:, :, order].ravel() for part in compared.lines.parts)
-    whole = kernel.reshape(real.size, real.size)
-    along, across = np.real(whole), np.imag(whole)
-    real_rows, imaginary_rows = (np.flatnonzero(part) for part in (real, imaginary))
-    mixed = -across[np.ix_(real_rows, imaginary_rows)]
-    block = np.block(
-        [[along[np.ix_(real_rows, real_rows)], mixed], [mixed.T, along[np.ix_(imaginary_rows, imaginary_rows)]]]
-    )
+    """Return the covariance of one order's stacked lines, from that of all parts (2, c, p, 2, c, p), largest 1."""
+    seen = np.flatnonzero(compared.lines.parts[..., order])
+    block = kernel.reshape(2 * [compared.lines.parts[..., order].size])[np.ix_(seen, seen)]
     return block / max(float(np.diag(block).max()), 1e-300)
 
 
@@ -158,7 +152,7 @@ def _best_size(white: np.ndarray, kernel: np.ndarray) -> tuple[float, float]:
 def _line_kernel(compared: Comparison) -> np.ndarray:
     smooth = similarity(compared.lines.conditions)
     size = _sizes(compared)
-    return np.einsum("cd,pq->cpdq", smooth, np.diag(size**2)).astype(complex)
+    return np.einsum("xy,cd,pq->xcpydq", np.eye(2), smooth, np.diag(size**2))
 
 
 def _sizes(compared: Comparison) -> np.ndarray:

@@ -245,12 +245,9 @@ def _motions(lanes: list[_Lane], count: int, revolutions: int) -> list[PeriodicM
             f"{', '.join(excited)} can excite a motion that does not repeat with the shaft; allowed: forces that "
             "follow it. Simulate the machine in time instead."
         )
-    responding = _responses(systems, speeds_rad_s, count, revolutions)
+    responding = interface_responses(systems, speeds_rad_s, count, revolutions)
     if first.forces:
-        jumping = any(force.law.jumps is not None for force in first.forces)
-        finer = OVERSAMPLING_OF_JUMPS if jumping else OVERSAMPLING
-        instants = 2 ** math.ceil(math.log2(finer * (count + 1)))
-        forces = periodic_forces(systems, speeds_rad_s, instants, revolutions)
+        forces = periodic_forces(systems, speeds_rad_s, instants_for(first, count), revolutions)
         if first.is_linear:
             pushed = balanced_linear(forces, responding)
             residuals = np.where(np.isfinite(pushed).all(axis=(1, 2)), 0.0, np.nan)
@@ -278,12 +275,28 @@ def _starts(lanes: list[_Lane], responding: Responses) -> np.ndarray | None:
     found = np.zeros(responding.factors.shape, dtype=complex)
     for own, lane in zip(found, lanes, strict=True):
         if lane.near is not None and lane.near.motions.T.shape == own.shape:
-            own[:] = lane.near.motions.T / _sides(own.shape[0])[:, None]
+            own[:] = two_sided(lane.near.motions).T
     return found
 
 
-def _responses(systems: list[System], speeds_rad_s: list[float], count: int, revolutions: int) -> Responses:
-    """Return what the forces of each lane do to its motions and probes."""
+def instants_for(system: System, count: int) -> int:
+    """Return at how many instants of a period its forces are sampled for so many harmonics."""
+    jumping = any(force.law.jumps is not None for force in system.forces)
+    finer = OVERSAMPLING_OF_JUMPS if jumping else OVERSAMPLING
+    return 2 ** math.ceil(math.log2(finer * (count + 1)))
+
+
+def interface_responses(
+    systems: list[System],
+    speeds_rad_s: list[float],
+    count: int,
+    revolutions: int,
+    further: np.ndarray | None = None,
+) -> Responses:
+    """Return what the forces of each lane do to its motions and probes.
+
+    After the interface forces come, as further columns, generalised forces (coordinates, forces), if given.
+    """
     first, n = systems[0], len(systems[0].coordinates)
     # Each row of motions reads displacements or velocities, never both.
     reads = first.motion_rows[:, :n] + first.motion_rows[:, n : 2 * n]
@@ -292,7 +305,8 @@ def _responses(systems: list[System], speeds_rad_s: list[float], count: int, rev
     distinct = np.unique(directions, return_index=True)[1]
     rows = np.concatenate([reads[distinct], first.probe_directions])
     lanes = [Spinning(speed, speed / revolutions, count) for speed in speeds_rad_s]
-    found = responses(systems, lanes, rows, first.force_directions)
+    columns = first.force_directions if further is None else np.concatenate([first.force_directions, further], axis=1)
+    found = responses(systems, lanes, rows, columns)
     rates = 1j * np.outer([lane.base_rad_s for lane in lanes], np.arange(count + 1))[:, :, None]
     of_directions, of_probes = found[:, :, : distinct.size], found[:, :, distinct.size :]
     derivatives = [("displacement", "velocity", "acceleration").index(probe.quantity) for probe in first.probes]
@@ -339,9 +353,14 @@ def balance_matrix(slope: np.ndarray, responses: np.ndarray) -> tuple[np.ndarray
     return np.eye(size) - blocks.reshape(size, size), wide
 
 
-def _one_sided(two_sided: np.ndarray) -> np.ndarray:
+def _one_sided(harmonics: np.ndarray) -> np.ndarray:
     """Turn two-sided harmonics 0..K into peak amplitudes: all but the mean count twice."""
-    return two_sided * _sides(two_sided.shape[-1])
+    return harmonics * _sides(harmonics.shape[-1])
+
+
+def two_sided(amplitudes: np.ndarray) -> np.ndarray:
+    """Turn peak amplitudes (..., K + 1) into two-sided harmonics."""
+    return amplitudes / _sides(amplitudes.shape[-1])
 
 
 def _sides(orders: int) -> np.ndarray:

@@ -54,7 +54,7 @@ def balanced_newton(
         found[:, :, condensed.reads] = start[:, :, condensed.reads]
     change, going = np.full(lanes, np.inf), np.arange(lanes)
     for _ in range(MOST_STEPS):
-        pushes, slopes = _linearised(forces, going, found[going], constant.shape)
+        pushes, slopes = linearised(forces, going, found[going], constant.shape)
         following = condensed.motions(going, pushes, slopes)
         scale = np.abs(following).max(axis=(1, 2))
         moved = np.abs(following - found[going]).max(axis=(1, 2))
@@ -156,7 +156,7 @@ def _pushed(forces: PeriodicForces, lanes: np.ndarray, motions: np.ndarray, shap
     return spectrum_of(u, motions.shape[1] - 1)
 
 
-def _linearised(
+def linearised(
     forces: PeriodicForces, lanes: np.ndarray, motions: np.ndarray, shape: tuple[int, ...]
 ) -> tuple[np.ndarray, Slopes]:
     """Return s (lanes, K + 1, forces) and S of the nonlinear forces along a motion, by central differences."""

@@ -1,0 +1,82 @@
+"""What forces somewhere on a machine make of its lines, in each condition."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...simulators.errors import RotorwiseError
+from ...simulators.machine import Machine
+from ...simulators.solvers.small_forces import small_force_responses
+from .predict import FURTHER_HARMONICS, Predictor, at_condition
+
+#: Directions of forces.
+FORCES = ("x", "y", "axial", "torsion")
+#: Period of what is balanced, in turns of the shaft: half orders have a phase too.
+TURNS = 2
+
+
+def force_places(machine: Machine, ways: Sequence[str] = FORCES) -> list[tuple[str, str]]:
+    """Return where a force can act: names of places and their directions."""
+    places = machine.bare_assembly().places.values()
+    return [(place.name, way) for place in places for way in ways if way in place.directions]
+
+
+def force_transfer(machine: Machine, predictor: Predictor, ways: Sequence[str] = FORCES) -> np.ndarray:
+    """Return the probes' lines of unit forces, shape (2, conditions, orders, probes, forces) as `force_places`.
+
+    First of complex amplitude 1, then of i: where a stiffness changes with the angle, one does not follow from the
+    other. At half orders as small forces beside the machine's own motion; at other orders, and where that motion does
+    not repeat with the shaft, by the machine's mean matrices.
+    """
+    orders, found = np.array(predictor.orders), []
+    halves = [n for n, k in enumerate(orders) if k > 0 and abs(TURNS * k - round(TURNS * k)) < 1e-9]
+    for index, condition in enumerate(predictor.conditions):
+        mean = _by_mean_matrices(machine, predictor, index, ways)
+        own = np.stack([mean, 1j * mean])
+        if halves and mean.size:
+            loaded, top = at_condition(machine, condition), math.ceil(orders[halves].max()) + FURTHER_HARMONICS
+            places = loaded.bare_assembly().places
+            directions = [places[name].directions[way] for name, way in force_places(loaded, ways)]
+            try:
+                small = small_force_responses(
+                    loaded, directions, speeds_rpm=[condition.speed_rpm], harmonics=top, revolutions=TURNS
+                )
+            except RotorwiseError:
+                found.append(own)
+                continue
+            rows = [[probe.name for probe in loaded.bare_assembly().probes].index(name) for name in predictor.probes]
+            own[:, halves] = small[:, 0][:, np.round(TURNS * orders[halves]).astype(int)][:, :, rows]
+        found.append(own)
+    return np.stack(found, axis=1)
+
+
+def _by_mean_matrices(machine: Machine, predictor: Predictor, index: int, ways: Sequence[str]) -> np.ndarray:
+    """Return the probes' lines per unit force in one condition, shape (orders, probes, forces)."""
+    condition = predictor.conditions[index]
+    loaded = at_condition(machine, condition)
+    system = loaded.system(speed_rpm=condition.speed_rpm)
+    places = loaded.bare_assembly().places
+    directions = [places[name].directions[way] for name, way in force_places(loaded, ways)]
+    columns = np.zeros((system.states, len(directions)))
+    count = len(system.coordinates)
+    inverse = np.linalg.inv(system.mass_matrix)
+    for number, direction in enumerate(directions):
+        columns[count : 2 * count, number] = inverse @ system.row(direction)[:count]
+    names = [probe.name for probe in system.probes]
+    rows = [names.index(name) for name in predictor.probes]
+    direct = np.array(
+        [
+            system.row(probe.row)[:count] @ columns[count : 2 * count] * (probe.quantity == "acceleration")
+            for probe in system.probes
+        ]
+    )
+    speed = 2 * math.pi * condition.speed_rpm / 60
+    unit = np.eye(system.states)
+    found = [
+        system.probe_rows[rows] @ np.linalg.solve(1j * order * speed * unit - system.core, columns) + direct[rows]
+        for order in predictor.orders
+    ]
+    return np.stack(found)
