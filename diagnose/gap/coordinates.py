@@ -13,6 +13,9 @@ from ...simulators.parameter import LogNormal, Normal, Parameter, Uniform
 
 #: Coordinate that stands for nothing at all of a positive quantity.
 FAR = 12.0
+#: Share of machines that are not of usual size, and how much wider a strength's prior is there: what unbalances a rotor
+#: of a tonne is nothing to one of a kilogram.
+OTHER_SIZE, WIDER = 0.1, 4.0
 
 
 @dataclass(frozen=True)
@@ -51,9 +54,19 @@ class Coordinate:
         return 12 / self.parameter.period**2 if self.is_angle else 1.0
 
     @property
-    def log_constant(self) -> float:
-        """Logarithm of the prior density at coordinate 0."""
-        return -math.log(self.parameter.period) if self.is_angle else -0.5 * math.log(2 * math.pi)
+    def is_strength(self) -> bool:
+        """Whether the parameter is a size that is 0 where the effect is absent."""
+        return self.parameter.zero is not None and isinstance(self.parameter.prior, LogNormal)
+
+    def log_density(self, coordinate: float) -> float:
+        """Return the logarithm of the prior density at a coordinate, with the wide tails of a strength."""
+        if self.is_angle:
+            return -math.log(self.parameter.period)
+        usual = -0.5 * coordinate**2 - 0.5 * math.log(2 * math.pi)
+        if not self.is_strength:
+            return usual
+        wide = -0.5 * (coordinate / WIDER) ** 2 - 0.5 * math.log(2 * math.pi) - math.log(WIDER)
+        return float(np.logaddexp(math.log(1 - OTHER_SIZE) + usual, math.log(OTHER_SIZE) + wide))
 
     def value(self, coordinate: float) -> float:
         """Return the parameter's value, kept within its bounds."""
@@ -103,7 +116,7 @@ def values_at(coordinates: Sequence[Coordinate], position: np.ndarray) -> dict[s
 
 def log_prior(coordinates: Sequence[Coordinate], position: np.ndarray) -> float:
     """Return the logarithm of the prior density at a position."""
-    return sum(c.log_constant - 0.5 * c.precision * float(z) ** 2 for c, z in zip(coordinates, position, strict=True))
+    return sum(c.log_density(float(z)) for c, z in zip(coordinates, position, strict=True))
 
 
 def _normal_share(coordinate: float) -> float:

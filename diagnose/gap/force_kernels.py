@@ -2,9 +2,9 @@
 
 A force a(speed) at a place makes the lines T(speed) a(speed), as small forces do beside the machine's own motion, with
 what a stiffness that changes with the angle makes of the conjugate (`force_transfer`). Its complex amplitude is normal,
-of any direction, or turns with the shaft, as what is fixed to it does; over the conditions it is either a smooth
-function, or grows with a power of speed that holds roughly. What is linear in a normal amplitude is normal: a
-covariance of the lines, no search.
+of any direction; forces at all places may also turn with the shaft, as what is fixed to it does. Over the conditions it
+is either a smooth function, or grows with a power of speed that holds roughly. What is linear in a normal amplitude is
+normal: a covariance of the lines, no search.
 A support that has changed is such a force too, as it acts by what the machine moves there.
 """
 
@@ -61,8 +61,9 @@ class ForceKernel:
 def force_kernels(machine: Machine, predictor: Predictor) -> tuple[ForceKernel, ...]:
     """Return the kernels of forces at all places, then of those at each place that the probes can tell from others.
 
-    Forces at different places are independent, and so are those in different directions, or else x and y make one that
-    turns. Moments come as turning ones beside turning forces, and alone.
+    Forces at different places are independent, and so are those in different directions. All forces and moments come
+    once more as ones that turn. Not so those at one place: that is what known effects are (an unbalance, a misaligned
+    coupling), and what one of them does is not unknown.
     """
     forces, moments = _Moved.by(machine, predictor, FORCES), _Moved.by(machine, predictor, MOMENTS)
     turning, tilting = forces.turning(("x", "y")), moments.turning(MOMENTS)
@@ -70,7 +71,7 @@ def force_kernels(machine: Machine, predictor: Predictor) -> tuple[ForceKernel, 
     anywhere = [forces.lines, np.concatenate([turning.lines, tilting.as_large_as(turning).lines], axis=-1)]
     found = [ForceKernel("", own, law) for own in anywhere for law in laws if own.size]
     seen: list[np.ndarray] = []
-    for place, own in [one for moved in (forces, turning, tilting, moments) for one in moved.each()]:
+    for place, own in [one for moved in (forces, moments) for one in moved.each()]:
         kernels = [ForceKernel(place, own, law) for law in laws]
         smooth = np.stack([kernels[0].lines(order) for order in range(len(predictor.orders))])
         largest = float(np.abs(smooth).max())

@@ -29,6 +29,8 @@ STRENGTH_LEVELS, ANGLE_LEVELS = 5, 8
 MOST_SHAPES = 24
 #: More responses than this are not computed for one candidate; fewer where each is a simulation in time.
 MOST_ATOMS, MOST_IN_TIME = 128, 4
+#: The same of motions that repeat, where that in the middle of the prior does not.
+MOST_REPEATING = 64
 #: Factor over which a response that is not proportional is followed from where it was computed.
 NEAR = 1.5
 #: Factor over which one that is proportional is followed.
@@ -140,11 +142,16 @@ def _atoms(
     if not in_time:
         others = [i for i in others if shape.matters(i)]
     bent = moving if not proportional else ()
-    positions = _spread(candidate, centre, others, bent, most=most if bent else min(most, MOST_SHAPES))
+    few = _spread(candidate, centre, others, bent, most=most if bent else min(most, MOST_SHAPES))
     # Beside motions that repeat, the few that do not cost more than all others.
-    computed = response.prepare(positions, most_in_time=MOST_IN_TIME)
+    computed = response.prepare(few, most_in_time=MOST_IN_TIME)
+    positions = list(itertools.compress(few, computed))
+    if in_time and candidate.effect.IDEALISED:
+        # A contact that chatters in the middle of its prior may repeat elsewhere.
+        many = _spread(candidate, centre, others, bent, most=MOST_REPEATING)
+        positions += itertools.compress(many, response.prepare(many, most_in_time=0))
     found = []
-    for position in itertools.compress(positions, computed):
+    for position in positions:
         try:
             found.append(Atom(position, response(position), moving, proportional, turning))
         except UnpredictableError:

@@ -150,10 +150,13 @@ def _singles(screened: list[list[Start]], screening: Screening, problem: Problem
     for rank, options in enumerate(screened):
         one = options[0].candidate
         tell(f"effect {rank + 1} of {len(screened)}: {one}")
-        repeats = predictor.repeats(machine.with_effects(one.at(options[0].position)))
-        bent = repeats and any(not atom.proportional for atom in screening.atoms[one])
+        repeating = [o for o in options if predictor.repeats(machine.with_effects(one.at(o.position)))]
+        repeats = options[0] in repeating
+        bent = any(not atom.proportional for atom in screening.atoms[one]) and bool(repeating)
         count = STARTS_OF_BENT if bent else STARTS if repeats else STARTS_IN_TIME
-        places = [option.position for option in options[:count]]
+        # A contact that chatters at its best start may repeat at others, where steps cost little.
+        begin = options if repeats else [options[0], *repeating]
+        places = [option.position for option in begin[:count]]
         tried = climbed([one], places, compared, machine, predictor, steps=FIRST_STEPS)
         begun += [(one, tried if bent else tried[:1])] if tried else []
     begun.sort(key=lambda item: item[1][0].objective)

@@ -34,6 +34,8 @@ from .slope_matrix import slope_matrix
 MOST_STEPS = 40
 #: Relative change of the motions at which Newton's method ends, and above which it has found nothing.
 TOLERANCE, WORST = 1e-10, 1e-6
+#: Shares in which forces are let in, what the last but one leaves out, and steps of Newton's method at each.
+SHARES, LEFT_OUT, FEW_STEPS = 24, 1e-3, 20
 
 
 def balanced_newton(
@@ -41,21 +43,44 @@ def balanced_newton(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the harmonics of the forces in balance, (lanes, K + 1, forces), and the last relative change of each lane.
 
-    From ``start``, motions (lanes, K + 1, motions), or from rest; each lane until it has converged: nonlinear forces
-    are replaced by their slopes along the motion found last. A lane that does not converge ends with a change above
-    `WORST`, or not a number.
+    From ``start``, motions (lanes, K + 1, motions), or from rest. Where that leads nowhere, as with contacts that open
+    and close, the nonlinear forces are let in little by little, each balance being sought from the one before. A lane
+    that does not converge ends with a change above `WORST`, or not a number.
     """
     constant, slope = forces.linear_parts()
     given, linear = spectrum_of(constant, responding.top), slopes_of(slope, responding.top)
-    lanes = given.shape[0]
+    lanes = np.arange(given.shape[0])
     condensed = _condensed(forces, given, linear, responding)
     found = np.zeros(responding.factors.shape, dtype=complex)
     if start is not None:
         found[:, :, condensed.reads] = start[:, :, condensed.reads]
-    change, going = np.full(lanes, np.inf), np.arange(lanes)
-    for _ in range(MOST_STEPS):
-        pushes, slopes = linearised(forces, going, found[going], constant.shape)
-        following = condensed.motions(going, pushes, slopes)
+    found, change = _newton(forces, condensed, lanes, found, constant.shape)
+    lost = lanes[~(change < WORST)]
+    if lost.size:
+        found[lost], change[lost] = _let_in(forces, condensed, lost, constant.shape)
+    pushed = given + _pushed(forces, lanes, found, constant.shape)
+    return with_slopes(pushed, linear, solved(pushed, linear, responding)), change
+
+
+def _newton(
+    forces: PeriodicForces,
+    condensed: _Condensed,
+    lanes: np.ndarray,
+    start: np.ndarray,
+    shape: tuple[int, ...],
+    *,
+    share: float = 1.0,
+    most: int = MOST_STEPS,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return motions (lanes, K + 1, motions) in balance with a share of the nonlinear forces, and their last change.
+
+    Each lane until it has converged: nonlinear forces are replaced by their slopes along the motion found last.
+    """
+    found, change, going = start.copy(), np.full(lanes.size, np.inf), np.arange(lanes.size)
+    for _ in range(most):
+        pushes, slopes = linearised(forces, lanes[going], found[going], shape)
+        slopes = Slopes(slopes.pairs, share * slopes.spectrum)
+        following = condensed.motions(lanes[going], share * pushes, slopes)
         scale = np.abs(following).max(axis=(1, 2))
         moved = np.abs(following - found[going]).max(axis=(1, 2))
         change[going] = np.divide(moved, scale, out=np.zeros(going.size), where=scale != 0)
@@ -63,8 +88,25 @@ def balanced_newton(
         going = going[np.isfinite(change[going]) & (change[going] >= TOLERANCE)]
         if not going.size:
             break
-    pushed = given + _pushed(forces, np.arange(lanes), found, constant.shape)
-    return with_slopes(pushed, linear, solved(pushed, linear, responding)), change
+    return found, change
+
+
+def _let_in(
+    forces: PeriodicForces, condensed: _Condensed, lanes: np.ndarray, shape: tuple[int, ...]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return motions in balance and their last change, the nonlinear forces being let in little by little.
+
+    What is left out falls by the same factor from step to step: a support that has lost nearly all of its stiffness
+    changes most at the end. A share that finds no balance is passed over.
+    """
+    best = np.zeros((lanes.size, *condensed.factors.shape[1:]), dtype=complex)
+    change = np.full(lanes.size, np.inf)
+    for step in range(1, SHARES + 1):
+        share = 1.0 if step == SHARES else 1.0 - LEFT_OUT ** (step / SHARES)
+        found, change = _newton(forces, condensed, lanes, best, shape, share=share, most=FEW_STEPS)
+        fine = change < WORST
+        best[fine] = found[fine]
+    return best, change
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,16 @@ def test_the_prior_in_the_coordinate_is_the_prior_of_the_value(prior):
         assert log_prior([one], np.array([z])) == pytest.approx(expected, abs=1e-6)
 
 
+def test_a_strength_may_be_of_another_size():
+    one = Coordinate(Parameter("p", "N", 2.0, (0.0, 1e9), "a number", "test", LogNormal(2.0, 3.0), zero=0.0))
+    z = np.linspace(-40, 40, 80_001)
+    density = np.exp([log_prior([one], np.array([at])) for at in z])
+    assert density.sum() * (z[1] - z[0]) == pytest.approx(1.0, abs=1e-6)
+    # A thousand times the median: one machine in some thousands, not in 10^9.
+    assert log_prior([one], np.array([6.3])) > -7.0
+    assert log_prior([one], np.array([0.0])) == pytest.approx(-0.5 * math.log(2 * math.pi), abs=0.1)
+
+
 def test_an_angle_has_no_ends():
     one = _coordinate(Uniform(-math.pi, math.pi), unit="rad", bounds=(-2 * math.pi, 2 * math.pi))
     assert one.is_angle

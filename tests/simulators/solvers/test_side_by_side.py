@@ -37,3 +37,20 @@ def test_a_machine_without_a_periodic_motion_fails_alone() -> None:
         assert one.__traceback__ is None
         with pytest.raises(RotorwiseError, match=words):
             raise one
+
+
+@pytest.mark.parametrize("loss", [0.9, 0.984])
+def test_a_support_that_has_lost_nearly_all_of_its_stiffness_is_balanced_as_it_moves(loss) -> None:
+    # From rest Newton's method finds no balance here: the contact opens in one step and closes in the next.
+    machine = find_machine("rigid_coupling").with_effects(
+        make_effect("looseness", {"loss": loss, "hold": 0.053, "rounding": 0.2}, at="support_2")
+    )
+    speeds_rpm = SPEEDS_RPM[1:]
+    (balanced,) = harmonic_balances([(machine, speeds_rpm)], harmonics=8)
+    assert not isinstance(balanced, RotorwiseError)
+    for motion, speed_rpm in zip(balanced, speeds_rpm, strict=True):
+        run = machine.simulate(speed_rpm=speed_rpm, duration_s=6.0, rate_hz=1000.0, settle_s=60.0)
+        turns = run.phase_rad / (2 * np.pi)
+        whole = turns < np.floor(turns[-1])
+        found = 2 * run.signals[:, whole] @ np.exp(-2j * np.pi * np.outer(turns[whole], (1, 2, 3))) / whole.sum()
+        assert np.abs(found - motion.amplitudes[:, 1:4]).max() < 0.02 * np.abs(found).max()
