@@ -10,7 +10,8 @@ import numpy as np
 from ...simulators.errors import RotorwiseError
 from ...simulators.machine import Machine
 from ...simulators.solvers.small_forces import small_force_responses
-from .predict import FURTHER_HARMONICS, Predictor, at_condition
+from .periodic import at_condition
+from .predict import FURTHER_HARMONICS, Predictor
 
 #: Directions of forces.
 FORCES = ("x", "y", "axial", "torsion")

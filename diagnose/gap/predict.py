@@ -20,10 +20,11 @@ from ...simulators.errors import InvalidValueError, RotorwiseError
 from ...simulators.machine import Machine
 from ...simulators.sensor_record import SensorRecord
 from ...simulators.sensor_run import run_chain, sensor_effects
-from ...simulators.solvers.harmonic_balance import PeriodicMotion, harmonic_balances
+from ...simulators.solvers.harmonic_balance import PeriodicMotion
 from ...simulators.solvers.simulate import Simulation
 from .line_sizes import least_seconds
 from .lines import Condition, LineKind, phase_orders, turned_to_reference
+from .periodic import Moving, at_condition, motions_in
 from .stepped import Run, lines_of_record, motions
 from .wanted_lines import is_locked, size_line
 
@@ -37,8 +38,6 @@ LANES = 64
 #: The same of simulations in time, and how many bytes of those are kept that others may be compared with.
 RUNS, KEPT_BYTES = 128, 400_000_000
 
-#: The motion of a machine in each condition, or why it does not repeat.
-_Moving = list[PeriodicMotion] | RotorwiseError
 #: What is simulated in time: a machine, and how long its records are at least.
 Stepped = tuple[str, tuple[float, ...]]
 
@@ -87,7 +86,7 @@ class Predictor:
     evaluations: int = 0
     _known: dict[str, np.ndarray] = field(default_factory=dict)
     _failed: dict[str, str] = field(default_factory=dict)
-    _motions: dict[str, _Moving] = field(default_factory=dict)
+    _motions: dict[str, Moving] = field(default_factory=dict)
     _stepped: dict[Stepped, list[Simulation | None]] = field(default_factory=dict)
     _spoiling: dict[str, bool] = field(default_factory=dict)
 
@@ -203,52 +202,25 @@ class Predictor:
             self._spoiling[key] = not self.repeats(one)
         return self._spoiling[key]
 
-    def _all_moving(self, machines: Sequence[Machine], near: Machine | None = None) -> list[_Moving]:
+    def _all_moving(self, machines: Sequence[Machine], near: Machine | None = None) -> list[Moving]:
         """Return the motion of each machine in each condition; of the last few it is kept for their sensors' sake.
 
         ``near`` is a machine that is nearly the same as all of them.
         """
         keyed = {machine.to_toml(): machine for machine in machines}
-        found: dict[str, _Moving] = {key: self._motions[key] for key in keyed if key in self._motions}
+        found: dict[str, Moving] = {key: self._motions[key] for key in keyed if key in self._motions}
         new = [key for key in keyed if key not in found]
         together = max(LANES // len(self.conditions), 1)
+        highest = max(self._whole_orders, default=1) + FURTHER_HARMONICS
         beside = self._all_moving([near])[0] if new and near is not None else None
         for some in (new[i : i + together] for i in range(0, len(new), together)):
-            found |= zip(some, self._motions_at_loads([keyed[key] for key in some], beside), strict=True)
+            own = motions_in(self.conditions, [keyed[key] for key in some], beside, harmonics=highest)
+            found |= zip(some, own, strict=True)
         for key in new[-KEPT_MOTIONS:]:
             self._motions[key] = found[key]
         while len(self._motions) > KEPT_MOTIONS:
             self._motions.pop(next(iter(self._motions)))
         return [found[machine.to_toml()] for machine in machines]
-
-    def _motions_at_loads(self, machines: Sequence[Machine], near: _Moving | None) -> list[_Moving]:
-        """Return the motion of machines in each condition, or why one has none; all come side by side."""
-        loads: dict[float | None, list[int]] = {}
-        for number, condition in enumerate(self.conditions):
-            loads.setdefault(condition.load, []).append(number)
-        cases: list[tuple[Machine, list[float]]] = []
-        owners: list[tuple[int, list[int]]] = []
-        failed: dict[int, RotorwiseError] = {}
-        for owner, machine in enumerate(machines):
-            for numbers in loads.values():
-                try:
-                    loaded = at_condition(machine, self.conditions[numbers[0]])
-                except InvalidValueError as problem:
-                    failed[owner] = problem.with_traceback(None)
-                    break
-                cases.append((loaded, [self.conditions[number].speed_rpm for number in numbers]))
-                owners.append((owner, numbers))
-        highest = max(self._whole_orders, default=1) + FURTHER_HARMONICS
-        beside = [[near[n] for n in numbers] if isinstance(near, list) else None for _, numbers in owners]
-        motions: dict[tuple[int, int], PeriodicMotion] = {}
-        balances = harmonic_balances(cases, harmonics=highest, near=beside)
-        for (owner, numbers), found in zip(owners, balances, strict=True):
-            if isinstance(found, RotorwiseError):
-                failed[owner] = found
-            else:
-                motions |= {(owner, number): motion for number, motion in zip(numbers, found, strict=True)}
-        every = range(len(self.conditions))
-        return [failed.get(owner) or [motions[owner, number] for number in every] for owner in range(len(machines))]
 
     def _seen(self, machine: Machine, motion: PeriodicMotion, index: int) -> np.ndarray:
         balanced = self._balanced(motion)
@@ -414,11 +386,3 @@ def _moving_part(machine: Machine) -> Machine:
 
 def _is_whole(order: float) -> bool:
     return abs(order - round(order)) < 1e-9
-
-
-def at_condition(machine: Machine, condition: Condition) -> Machine:
-    """Return the machine under the condition's load, where it has a load parameter and the load is known."""
-    name = machine.definition.load_parameter
-    if not name or condition.load is None:
-        return machine
-    return machine.with_parameters(**{name: condition.load})
