@@ -321,6 +321,7 @@ def _climb(
             move *= min(1.0, LONGEST_MOVE / max(float(np.abs(move).max()), 1e-300))
             trial = position + move
             try:
+                response.prepare([trial], near=position)
                 there = response(trial)
                 value = _objective(compared, there, trial, precision, law)
             except UnpredictableError:

@@ -31,9 +31,13 @@ class Responses:
         """Return the machine with the effects."""
         return with_candidates(self._machine, self.chosen, position)
 
-    def prepare(self, positions: Sequence[np.ndarray], *, most_in_time: int | None = None) -> list[bool]:
-        """Compute several responses, side by side; return which, see `Predictor.prepare`."""
-        return self._predictor.prepare([self.machine(position) for position in positions], most_in_time=most_in_time)
+    def prepare(
+        self, positions: Sequence[np.ndarray], *, most_in_time: int | None = None, near: np.ndarray | None = None
+    ) -> list[bool]:
+        """Compute several responses, side by side, sought from that at ``near``; return which: `Predictor.prepare`."""
+        machines = [self.machine(position) for position in positions]
+        beside = None if near is None else self.machine(near)
+        return self._predictor.prepare(machines, most_in_time=most_in_time, near=beside)
 
     def repeats(self, position: np.ndarray) -> bool:
         """Return whether the motion with the effects repeats with the shaft."""
@@ -51,7 +55,7 @@ class Responses:
         for number, (start, stop) in enumerate(itertools.pairwise(edges.tolist())):
             others = [*self.chosen[:number], *self.chosen[number + 1 :]]
             rest.append(with_candidates(self._machine, others, np.delete(position, slice(start, stop))))
-        self._predictor.prepare(rest)
+        self._predictor.prepare(rest, near=self.machine(position))
         found = []
         for machine in rest:
             try:
@@ -70,7 +74,7 @@ class Responses:
         choose = [one.parameter.chooses for candidate in self.chosen for one in candidate.coordinates]
         wanted = np.flatnonzero(alive & ~np.array(choose, dtype=bool))
         moved = {int(i): position + step * np.eye(position.size)[i] for i in wanted}
-        self._predictor.prepare([self.machine(one) for one in moved.values()], near=self.machine(position))
+        self.prepare(list(moved.values()), near=position)
         found = np.zeros((position.size, *added.shape), dtype=complex)
         for i, one in moved.items():
             found[i] = (self(one) - added) / step

@@ -31,11 +31,13 @@ from .periodic_balance import (
 from .periodic_forces import PeriodicForces
 from .slope_matrix import slope_matrix
 
-MOST_STEPS = 40
+MOST_STEPS = 30
 #: Relative change of the motions at which Newton's method ends, and above which it has found nothing.
 TOLERANCE, WORST = 1e-10, 1e-6
 #: Shares in which forces are let in, what the last but one leaves out, and steps of Newton's method at each.
 SHARES, LEFT_OUT, FEW_STEPS = 24, 1e-3, 20
+#: Shares without a balance, one after the other, after which a lane is given up.
+MOST_PASSED = 4
 
 
 def balanced_newton(
@@ -97,15 +99,21 @@ def _let_in(
     """Return motions in balance and their last change, the nonlinear forces being let in little by little.
 
     What is left out falls by the same factor from step to step: a support that has lost nearly all of its stiffness
-    changes most at the end. A share that finds no balance is passed over.
+    changes most at the end. A share that finds no balance is passed over, but not many in a row.
     """
     best = np.zeros((lanes.size, *condensed.factors.shape[1:]), dtype=complex)
-    change = np.full(lanes.size, np.inf)
+    change, passed = np.full(lanes.size, np.inf), np.zeros(lanes.size, dtype=int)
     for step in range(1, SHARES + 1):
+        going = np.flatnonzero(passed < MOST_PASSED)
+        if not going.size:
+            break
         share = 1.0 if step == SHARES else 1.0 - LEFT_OUT ** (step / SHARES)
-        found, change = _newton(forces, condensed, lanes, best, shape, share=share, most=FEW_STEPS)
-        fine = change < WORST
-        best[fine] = found[fine]
+        found, changed = _newton(forces, condensed, lanes[going], best[going], shape, share=share, most=FEW_STEPS)
+        fine = changed < WORST
+        best[going[fine]] = found[fine]
+        passed[going] = np.where(fine, 0, passed[going] + 1)
+        if step == SHARES:
+            change[going] = changed
     return best, change
 
 
