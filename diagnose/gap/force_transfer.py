@@ -17,6 +17,8 @@ from .predict import FURTHER_HARMONICS, Predictor
 FORCES = ("x", "y", "axial", "torsion")
 #: Period of what is balanced, in turns of the shaft: half orders have a phase too.
 TURNS = 2
+#: Highest order that is balanced: the effort grows with its cube.
+HIGHEST = 12.0
 
 
 def force_places(machine: Machine, ways: Sequence[str] = FORCES) -> list[tuple[str, str]]:
@@ -29,11 +31,11 @@ def force_transfer(machine: Machine, predictor: Predictor, ways: Sequence[str] =
     """Return the probes' lines of unit forces, shape (2, conditions, orders, probes, forces) as `force_places`.
 
     First of complex amplitude 1, then of i: where a stiffness changes with the angle, one does not follow from the
-    other. At half orders as small forces beside the machine's own motion; at other orders, and where that motion does
-    not repeat with the shaft, by the machine's mean matrices.
+    other. At half orders up to `HIGHEST` as small forces beside the machine's own motion; at other orders, and where that
+    motion does not repeat with the shaft, by the machine's mean matrices.
     """
     orders, found = np.array(predictor.orders), []
-    halves = [n for n, k in enumerate(orders) if k > 0 and abs(TURNS * k - round(TURNS * k)) < 1e-9]
+    halves = [n for n, k in enumerate(orders) if 0 < k <= HIGHEST and abs(TURNS * k - round(TURNS * k)) < 1e-9]
     for index, condition in enumerate(predictor.conditions):
         mean = _by_mean_matrices(machine, predictor, index, ways)
         own = np.stack([mean, 1j * mean])
