@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Sequence
 
@@ -31,29 +32,39 @@ def force_transfer(machine: Machine, predictor: Predictor, ways: Sequence[str] =
     """Return the probes' lines of unit forces, shape (2, conditions, orders, probes, forces) as `force_places`.
 
     First of complex amplitude 1, then of i: where a stiffness changes with the angle, one does not follow from the
-    other. At half orders up to `HIGHEST` as small forces beside the machine's own motion; at other orders, and where that
-    motion does not repeat with the shaft, by the machine's mean matrices.
+    other. At half orders up to `HIGHEST` as small forces beside the machine's own motion; at other orders, and where
+    that motion does not repeat with the shaft, by the machine's mean matrices.
     """
     orders, found = np.array(predictor.orders), []
-    halves = [n for n, k in enumerate(orders) if 0 < k <= HIGHEST and abs(TURNS * k - round(TURNS * k)) < 1e-9]
-    for index, condition in enumerate(predictor.conditions):
+    is_half = np.abs(TURNS * orders - np.round(TURNS * orders)) < 1e-9
+    halves = np.flatnonzero(is_half & (orders > 0) & (orders <= HIGHEST))
+    for index in range(len(predictor.conditions)):
         mean = _by_mean_matrices(machine, predictor, index, ways)
         own = np.stack([mean, 1j * mean])
-        if halves and mean.size:
-            loaded, top = at_condition(machine, condition), math.ceil(orders[halves].max()) + FURTHER_HARMONICS
-            places = loaded.bare_assembly().places
-            directions = [places[name].directions[way] for name, way in force_places(loaded, ways)]
-            try:
-                small = small_force_responses(
-                    loaded, directions, speeds_rpm=[condition.speed_rpm], harmonics=top, revolutions=TURNS
-                )
-            except RotorwiseError:
-                found.append(own)
-                continue
-            rows = [[probe.name for probe in loaded.bare_assembly().probes].index(name) for name in predictor.probes]
-            own[:, halves] = small[:, 0][:, np.round(TURNS * orders[halves]).astype(int)][:, :, rows]
+        if halves.size and mean.size:
+            with contextlib.suppress(RotorwiseError):
+                own[:, halves] = _beside_motion(machine, predictor, index, ways, orders[halves])
         found.append(own)
     return np.stack(found, axis=1)
+
+
+def _beside_motion(
+    machine: Machine, predictor: Predictor, index: int, ways: Sequence[str], orders: np.ndarray
+) -> np.ndarray:
+    """Return the same in one condition, (2, orders, probes, forces), as small forces beside the machine's motion."""
+    condition = predictor.conditions[index]
+    loaded = at_condition(machine, condition)
+    parts = loaded.bare_assembly()
+    found = small_force_responses(
+        loaded,
+        [parts.places[name].directions[way] for name, way in force_places(loaded, ways)],
+        speeds_rpm=[condition.speed_rpm],
+        harmonics=math.ceil(orders.max()) + FURTHER_HARMONICS,
+        revolutions=TURNS,
+    )
+    names = [probe.name for probe in parts.probes]
+    rows = [names.index(name) for name in predictor.probes]
+    return found[:, 0][:, np.round(TURNS * orders).astype(int)][:, :, rows]
 
 
 def _by_mean_matrices(machine: Machine, predictor: Predictor, index: int, ways: Sequence[str]) -> np.ndarray:
