@@ -19,16 +19,14 @@ FEW = 20
 
 def chance_of_residual(fit: Fit, *, seed: int = 0) -> float:
     """Return the chance that a true hypothesis leaves as large a residual as ``fit`` does."""
-    law = Widened(fit.law)
-    power = float(fit.residual @ law.solve(fit.residual))
     left = null_of(fit, seed=seed)
-    above = int((left >= power).sum())
+    above = int((left >= fit.power).sum())
     if above >= FEW:
         return above / left.size
     from scipy.stats import gamma
 
     mean, variance = float(left.mean()), float(left.var())
-    return float(gamma.sf(power, mean**2 / variance, scale=variance / mean))
+    return float(gamma.sf(fit.power, mean**2 / variance, scale=variance / mean))
 
 
 def null_of(fit: Fit, *, seed: int) -> np.ndarray:
