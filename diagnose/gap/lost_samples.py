@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,8 +23,14 @@ MOST_LOST = 0.3
 #: Samples so near an end of the range, as a share of it, are cut off.
 AT_THE_END = 1e-3
 #: What is cut off lies at the same angles in every turn, and orders that live there would be fitted to the noise beside
-#: it: each is held back by this times its number to the fourth power, as lines fall off with their order.
-RIDGE = 1e-5
+#: it: an order is expected to be no larger than the signal's deviation over its number to this power.
+FALL_OFF = 2.0
+#: Steps of Newton's method at most, and the change, in deviations of the noise, after which no further one is made.
+MOST_STEPS, SMALL = 20, 0.02
+#: The noise is taken to be at least this share of the signal's deviation.
+LEAST_NOISE = 1e-6
+#: What says so little counts as this much of a sample, so that no step divides by nothing.
+LEAST_WEIGHT = 1e-6
 #: Samples that are fitted at once: the angles of all their orders are held in memory.
 PIECE = 1 << 18
 #: Share of what the mending changed a line by that may still be wrong with it.
@@ -55,29 +61,76 @@ def _mended(recording: Recording, channels: Collection[str]) -> Recording | None
     signals = recording.signals.copy()
     for row, one in zip(rows, lost, strict=True):
         pieces = np.array_split(np.arange(turns.size), math.ceil(turns.size / PIECE))
-        fitted = np.concatenate([_of_orders(signals[row, part], one[part], turns[part]) for part in pieces])
-        signals[row, one] = _beyond(signals[row], fitted)[one]
+        known = _Known(_ends(signals[row]), float(signals[row, ~one].mean()), float(signals[row, ~one].std()))
+        signals[row] = np.concatenate([_filled(signals[row, part], one[part], turns[part], known) for part in pieces])
     return replace(recording, signals=signals)
 
 
-def _of_orders(signal: np.ndarray, lost: np.ndarray, turns: np.ndarray) -> np.ndarray:
-    """Return what the shaft's orders, fitted to the samples that are not lost, make at all; shape (samples,)."""
+@dataclass(frozen=True)
+class _Known:
+    """What is known of a signal: where it is cut off, and of its samples within that, the mean and the deviation."""
+
+    ends: tuple[float, float]
+    mean: float
+    deviation: float
+
+
+def _filled(signal: np.ndarray, lost: np.ndarray, turns: np.ndarray, known: _Known) -> np.ndarray:
+    """Return a signal with its lost samples replaced by what the shaft's orders, fitted to the others, let expect.
+
+    Of a sample that is cut off it is known that it lay beyond the end of the range. Without that the orders would be
+    too small: beside what is cut off, noise decides what is left. So they are found by the censored regression of
+    J. Tobin (Econometrica 26 (1958) 24), by Newton's method.
+    """
+    if lost.all():
+        return np.full(signal.size, known.mean)
+    columns, smallness = _columns(turns, known.deviation)
+    side = (lost & (signal >= known.ends[1])).astype(float) - (lost & (signal <= known.ends[0]))
+    cut, limit = side != 0, np.where(side > 0, *known.ends[::-1]) - known.mean
+    wanted = signal[~lost] - known.mean
+    gram, moment = columns[~lost].T @ columns[~lost], columns[~lost].T @ wanted
+    outside, side, limit = columns[cut], side[cut], limit[cut]
+    law, noise = np.zeros(columns.shape[1]), 0.0
+    weight, target = np.zeros(side.size), np.zeros(side.size)
+    beyond = np.zeros(side.size)
+    for _ in range(MOST_STEPS):
+        precision = gram + (outside.T * weight) @ outside + np.diag((noise * smallness) ** 2 + 1e-12 * signal.size)
+        before, law = law, np.linalg.solve(precision, moment + outside.T @ (weight * target))
+        noise = float(np.std(wanted - columns[~lost] @ law)) + LEAST_NOISE * known.deviation
+        there = outside @ law
+        depth = side * (there - limit) / noise
+        mean = _mean_beyond(depth)
+        weight = np.clip(mean * (depth + mean), LEAST_WEIGHT, 1.0)
+        beyond = side * noise * mean
+        target = there + beyond / weight
+        if np.abs(columns @ (law - before)).max() < SMALL * noise:
+            break
+    filled = signal.copy()
+    filled[lost] = columns[lost] @ law + known.mean
+    filled[cut] += beyond
+    return filled
+
+
+def _mean_beyond(depth: np.ndarray) -> np.ndarray:
+    """Return by how many deviations the mean of a normal value that is known to be positive lies above its own.
+
+    ``depth`` is its own mean in deviations.
+    """
+    from scipy.special import erfcx
+
+    return math.sqrt(2 / math.pi) / erfcx(-depth / math.sqrt(2))
+
+
+def _columns(turns: np.ndarray, deviation: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mean and the waves of the orders (samples, columns), and how small each is expected to be (columns,).
+
+    Smallness is one over the expected deviation of a column's amplitude.
+    """
     fast = (turns[-1] - turns[0]) / turns.size
     orders = ORDERS[ORDERS * fast < HIGHEST_SHARE]
     angles = 2 * np.pi * np.outer(turns, orders)
     columns = np.concatenate([np.ones((turns.size, 1)), np.cos(angles), np.sin(angles)], axis=1)
-    kept, known = columns[~lost], signal[~lost]
-    held_back = RIDGE * np.concatenate([[0.0], np.tile(np.maximum(orders, 1.0) ** 4, 2)])
-    # Where a piece has lost everything nothing is known: 0.
-    law = np.linalg.solve(kept.T @ kept + (known.size + 1) * np.diag(held_back + 1e-12), kept.T @ known)
-    return columns @ law
-
-
-def _beyond(signal: np.ndarray, fitted: np.ndarray) -> np.ndarray:
-    """Return fitted samples; where the record is cut off, none that lie within what was recorded."""
-    low, high = _ends(signal)
-    fitted = np.where(signal >= high, np.maximum(fitted, signal), fitted)
-    return np.where(signal <= low, np.minimum(fitted, signal), fitted)
+    return columns, np.concatenate([[0.0], np.tile(np.maximum(orders, 1.0) ** FALL_OFF, 2)]) / max(deviation, 1e-300)
 
 
 def _ends(signal: np.ndarray) -> tuple[float, float]:

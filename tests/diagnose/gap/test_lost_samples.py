@@ -13,8 +13,8 @@ LINES = {1.0: 1.0, 2.0: 0.3j, 3.0: 0.1 - 0.05j, 0.5: 0.05}
 TURNS = SPEED_HZ * np.arange(SAMPLES) / RATE_HZ
 
 
-def _whole(seed: int = 1) -> np.ndarray:
-    noise = NOISE * np.random.default_rng(seed).normal(size=SAMPLES)
+def _whole(seed: int = 1, noise: float = NOISE) -> np.ndarray:
+    noise = noise * np.random.default_rng(seed).normal(size=SAMPLES)
     return noise + sum((line * np.exp(2j * np.pi * order * TURNS)).real for order, line in LINES.items())
 
 
@@ -58,6 +58,26 @@ def test_the_lines_are_those_of_the_whole_record(damage, share):
     wrong_before, wrong = (np.abs(lines - _lines(whole)).max() for lines in (raw, _lines(found[0])))
     assert wrong < LEFT * wrong_before
     assert wrong < 0.05 * share / 0.25
+
+
+@pytest.mark.parametrize("share", [0.05, 0.15, 0.25])
+@pytest.mark.parametrize(("ends", "left"), [(1, 0.35), (2, 0.15)])
+def test_noise_that_decides_what_is_cut_off_does_not_make_the_lines_too_small(share, ends, left):
+    sound = _whole(noise=0.03)
+    high, low = np.quantile(sound, [1 - share / ends, share / ends if ends == 2 else 0.0])
+    found = mended([_recording(np.clip(sound, low, high))], {"a"})
+    assert found is not None
+    wrong_before = np.abs(_lines(_recording(np.clip(sound, low, high))) - _lines(_recording(sound))).max()
+    # A fit to the samples that are left, the censoring not thought of, leaves 0.4 to 1.0 of it.
+    assert np.abs(_lines(found[0]) - _lines(_recording(sound))).max() < left * wrong_before
+
+
+def test_a_record_without_noise_is_put_back_as_well():
+    sound = _whole(noise=0.0)
+    found = mended([_recording(np.minimum(sound, 0.9))], {"a"})
+    assert found is not None
+    # A sampled tacho tells the angle to 2 % of a radian.
+    np.testing.assert_allclose(found[0].signals[0], sound, atol=LEFT * (sound.max() - 0.9))
 
 
 @pytest.mark.parametrize("share", [0.4, 1.1])
