@@ -197,10 +197,10 @@ def observed(
     speeds = [one.condition.speed_rpm for one in campaign.recordings if one.condition.speed_rpm]
     orders, kinds = wanted_lines(machine, highest=HIGHEST_ORDER, speeds_rpm=speeds)
     further = found_lines(campaign.recordings, campaign.baseline, list(channels), (orders, kinds))
-    orders, kinds = (*orders, *(order for order, _ in further)), (*kinds, *(kind for _, kind in further))
+    orders, kinds = (*orders, *(one.order for one in further)), (*kinds, *(one.kind for one in further))
     sets = [campaign.recordings, campaign.baseline] if campaign.baseline else [campaign.recordings]
     found = with_reference(*observe_orders(*sets, orders=orders, kinds=kinds, channels=channels))
-    places = tuple((order, kind.frequency_hz) for order, kind in further)
+    places = tuple(place for one in further for place in one.places)
     return found[0], found[1] if len(found) > 1 else None, places
 
 

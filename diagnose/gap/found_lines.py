@@ -26,17 +26,38 @@ AROUND = (5, 25)
 #: Lines that are added at most, the clearest first; the share of recordings that show each, or how many times the power
 #: that noise reaches it has in one of them.
 MOST_FOUND, IN_RECORDINGS, ALONE = 3, 0.5, 4.0
+#: The latter where no healthy record has a line that is in it alone: the machine's surroundings then make none.
+ALONE_AMONG_QUIET = 1.5
 #: A line is new when its amplitude is so many times that of the healthy records.
 GROWN = 2.0
 #: Lines at so small a part of a record's mean square are no cause of anything: rounding, leakage.
 LEAST_SHARE = 1e-5
-#: Half orders, where they are locked, and whole orders are kept clear by this part of an order: wander widens them.
+#: Half orders, where they are locked, and whole orders are kept clear by this part of an order, below the first of
+#: this part of themselves: wander widens them.
 CLEAR = 0.04
 #: Whole orders above the halves are lines that may be found.
 WHOLE = 0.004
 
-Found = tuple[float, LineKind]
+Line = tuple[float, LineKind]
 Stated = tuple[Sequence[float], Sequence[LineKind]]
+
+
+@dataclass(frozen=True)
+class FoundLine:
+    """A further line: its order and kind, and where it lies by the other law if the recordings tell no law.
+
+    Attributes
+    ----------
+    order : float
+    kind : LineKind
+        With the frequency in Hz, where the line stays there.
+    places : tuple of tuple of float
+        Order and added frequency in Hz: of one law, or of both, as in a line of a single recording.
+    """
+
+    order: float
+    kind: LineKind
+    places: tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,8 +99,8 @@ class _Spectrum:
 
 def found_lines(
     recordings: Sequence[Recording], healthy: Sequence[Recording], channels: Sequence[str], stated: Stated
-) -> list[Found]:
-    """Return the further lines as orders and kinds, the clearest first.
+) -> list[FoundLine]:
+    """Return the further lines, the clearest first.
 
     Parameters
     ----------
@@ -92,20 +113,33 @@ def found_lines(
     """
     spectra = [_spectrum(one, channels, stated) for one in recordings]
     usual = [_spectrum(one, channels, stated) for one in healthy]
-    peaks = [(excess, peak, own) for own in spectra for peak, excess in zip(own.peaks, own.excess, strict=True)]
-    found: list[Found] = []
-    for excess, peak, own in sorted(peaks, key=lambda item: -item[0]):
-        line = _law(float(peak) * own.resolution_hz, own, spectra)
-        if any(_is_same(line, other, spectra) for other in found):
+    found: list[FoundLine] = []
+    alone = _least_alone(usual)
+    for excess, peak, own in sorted(_peaks(spectra), key=lambda item: -item[0]):
+        laws = _laws(peak * own.resolution_hz, own, spectra)
+        line = laws[0]
+        if any(_is_same(line, (other.order, other.kind), spectra) for other in found):
             continue
         # A whole order may lie too far beside the peak that was rounded to it.
         count = _count(line, spectra)
-        is_shown = count > 0 and (excess >= ALONE or count >= IN_RECORDINGS * len(spectra))
+        is_shown = count > 0 and (excess >= alone or count >= IN_RECORDINGS * len(spectra))
         if is_shown and _has_grown(line, spectra, usual):
-            found.append(_refined(line, spectra))
+            exact = [_refined(one, spectra) for one in laws]
+            found.append(FoundLine(*exact[0], tuple((order, kind.frequency_hz) for order, kind in exact)))
         if len(found) == MOST_FOUND:
             break
     return found
+
+
+def _peaks(spectra: Sequence[_Spectrum]) -> list[tuple[float, float, _Spectrum]]:
+    return [(float(e), float(p), own) for own in spectra for p, e in zip(own.peaks, own.excess, strict=True)]
+
+
+def _least_alone(usual: Sequence[_Spectrum]) -> float:
+    """Return the excess from which a line that is in one recording only counts."""
+    lines = [_laws(peak * own.resolution_hz, own, usual)[0] for _, peak, own in _peaks(usual)]
+    has_lone = any(_count(line, usual) == 1 for line in lines)
+    return ALONE_AMONG_QUIET if usual and not has_lone else ALONE
 
 
 def _spectrum(recording: Recording, channels: Sequence[str], stated: Stated) -> _Spectrum:
@@ -154,7 +188,8 @@ def _free(frequency: np.ndarray, speed_hz: float, resolution_hz: float, stated: 
     """Return where a line would be none that is looked at anyway, nor the foot of one."""
     order = frequency / speed_hz
     half = np.abs(order - np.maximum(np.round(2 * order), 1.0) / 2)
-    clear = np.maximum(CLEAR, AROUND[0] * resolution_hz / speed_hz)
+    # The feet of a line that stands out itself are no peaks of `_spectrum`.
+    clear = np.maximum(CLEAR * np.minimum(order, 1.0), LEAST_BINS * resolution_hz / speed_hz)
     free = (order > HALVES_TO) | (half > clear)
     whole = np.abs(order - np.maximum(np.round(order), 1.0))
     free &= (whole > clear) | (whole < max(WHOLE, LEAST_BINS * resolution_hz / speed_hz))
@@ -167,21 +202,23 @@ def _free(frequency: np.ndarray, speed_hz: float, resolution_hz: float, stated: 
     return free
 
 
-def _law(frequency_hz: float, own: _Spectrum, spectra: Sequence[_Spectrum]) -> Found:
-    """Return the line as an order or as a frequency: the one at which more recordings show it."""
+def _laws(frequency_hz: float, own: _Spectrum, spectra: Sequence[_Spectrum]) -> list[Line]:
+    """Return the line as an order or as a frequency: the one at which more recordings show it, or both."""
     order = frequency_hz / own.speed_hz
     at_order = (round(order) if abs(order - round(order)) < WHOLE else order), LineKind(phase=False)
     at_frequency = 0.0, LineKind(phase=False, frequency_hz=frequency_hz)
     counts = [_count(line, spectra) for line in (at_order, at_frequency)]
-    is_whole = at_order[0] == round(order)
-    return at_order if counts[0] > counts[1] or (counts[0] == counts[1] and is_whole) else at_frequency
+    if counts[0] == counts[1]:
+        is_whole = at_order[0] == round(order)
+        return [at_order] if is_whole else [at_frequency, at_order]
+    return [at_order if counts[0] > counts[1] else at_frequency]
 
 
-def _count(line: Found, spectra: Sequence[_Spectrum]) -> int:
+def _count(line: Line, spectra: Sequence[_Spectrum]) -> int:
     return sum(math.isfinite(one.seen_at(one.place(*line))) for one in spectra)
 
 
-def _refined(line: Found, spectra: Sequence[_Spectrum]) -> Found:
+def _refined(line: Line, spectra: Sequence[_Spectrum]) -> Line:
     """Return the line at the median of what the recordings show."""
     order, kind = line
     if kind.frequency_hz:
@@ -191,14 +228,20 @@ def _refined(line: Found, spectra: Sequence[_Spectrum]) -> Found:
     return order if order == round(order) else float(np.nanmedian(seen)), kind
 
 
-def _is_same(line: Found, other: Found, spectra: Sequence[_Spectrum]) -> bool:
+def _is_same(line: Line, other: Line, spectra: Sequence[_Spectrum]) -> bool:
     return any(abs(one.place(*line) - one.place(*other)) <= 2 * one.near(one.place(*line)) for one in spectra)
 
 
-def _has_grown(line: Found, spectra: Sequence[_Spectrum], usual: Sequence[_Spectrum]) -> bool:
+def _has_grown(line: Line, spectra: Sequence[_Spectrum], usual: Sequence[_Spectrum]) -> bool:
+    """Return whether a line is larger than in every healthy record that shows it, and than in the nearest in speed.
+
+    Noise at other speeds may be larger than the line and says nothing about it.
+    """
     if not usual:
         return True
     showing = [one for one in spectra if math.isfinite(one.seen_at(one.place(*line)))]
+    nearest = [min(usual, key=lambda one: abs(one.speed_hz - own.speed_hz)) for own in showing]
+    compared = [one for one in usual if one in nearest or math.isfinite(one.seen_at(one.place(*line)))]
     now = np.median([one.amplitudes(one.place(*line)) for one in showing], axis=0)
-    before = np.max([one.amplitudes(one.place(*line)) for one in usual], axis=0)
+    before = np.max([one.amplitudes(one.place(*line)) for one in compared], axis=0)
     return bool((now > GROWN * before).any())

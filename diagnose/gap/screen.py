@@ -26,6 +26,9 @@ from .responses import Responses
 FINE_ANGLES = 360
 #: Levels of a strength that is not proportional, of a free angle that does not only turn, of any other parameter.
 STRENGTH_LEVELS, ANGLE_LEVELS = 5, 8
+#: So many levels of strengths and others together where motions repeat: a strength that moves a resonance past the
+#: measured speeds has a hill of the likelihood between any two of them.
+MOST_LEVELS = 24
 MOST_SHAPES = 24
 #: More responses than this are not computed for one candidate; fewer where each is a simulation in time.
 MOST_ATOMS, MOST_IN_TIME = 128, 4
@@ -170,7 +173,9 @@ def _spread(
     coordinates, moved = candidate.coordinates, (*bent, *others)
     if not moved:
         return [centre]
-    counts = [STRENGTH_LEVELS] * len(bent) + [ANGLE_LEVELS if coordinates[i].is_angle else SHAPE_LEVELS for i in others]
+    of_others = [ANGLE_LEVELS if coordinates[i].is_angle else SHAPE_LEVELS for i in others]
+    fine = int((min(MOST_LEVELS, most) / math.prod(of_others)) ** (1 / max(len(bent), 1)) + 1e-9)
+    counts = [max(STRENGTH_LEVELS, fine)] * len(bent) + of_others
     if math.prod(counts) <= most:
         levels = [coordinates[i].quantiles(count) for i, count in zip(moved, counts, strict=True)]
         return [moved_to(centre, moved, values) for values in itertools.product(*levels)]

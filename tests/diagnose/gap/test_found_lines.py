@@ -29,7 +29,7 @@ def _record(speed_hz: float, seed: int, *further: tuple[float, float], wander: f
 
 
 def _found(recordings, healthy=()):
-    return found_lines(recordings, healthy, ["a"], STATED)
+    return [(one.order, one.kind) for one in found_lines(recordings, healthy, ["a"], STATED)]
 
 
 def test_a_line_that_stays_with_speed_is_a_frequency():
@@ -50,7 +50,7 @@ def test_a_drift_is_no_line():
     assert not _found([replace(one, signals=one.signals + drift * [[1.0], [0.0]]) for one in records])
 
 
-@pytest.mark.parametrize("at", [0.43, 4.7, 7.0, 13.2])
+@pytest.mark.parametrize("at", [0.43, 0.465, 4.7, 7.0, 13.2])
 def test_a_line_that_follows_the_shaft_is_an_order(at):
     ((order, kind),) = _found([_record(f, i, (at * f, 0.02)) for i, f in enumerate(SPEEDS_HZ)])
     assert order == pytest.approx(at, abs=0.1 * RATE_HZ / SAMPLES / min(SPEEDS_HZ))
@@ -86,6 +86,25 @@ def test_a_faint_line_of_a_single_record_among_several_is_none_a_clear_one_is_fo
     ((order, kind),) = _found(clear)
     assert order == 0
     assert kind.frequency_hz == pytest.approx(29.86, abs=0.1 * RATE_HZ / SAMPLES)
+
+
+def test_a_faint_line_of_a_single_record_is_found_where_healthy_records_have_no_such_lines():
+    faint = [_record(f, i, *(((29.86, 0.015),) if i == 0 else ())) for i, f in enumerate(SPEEDS_HZ)]
+    quiet = [_record(f, 10 + i) for i, f in enumerate(SPEEDS_HZ)]
+    restless = [_record(f, 10 + i, *(((41.3, 0.015),) if i == 2 else ())) for i, f in enumerate(SPEEDS_HZ)]
+    assert len(_found(faint, quiet)) == 1
+    assert not _found(faint, restless)
+    loud = [replace(one, signals=one.signals * [[5.0], [1.0]]) for one in quiet[1:]]
+    # Five times as much noise at other speeds tells nothing of a line at this one.
+    assert len(_found(faint, [quiet[0], *loud])) == 1
+
+
+def test_a_line_of_a_single_record_may_lie_at_an_order_or_at_a_frequency():
+    once = [_record(f, i, *(((29.86, 0.03),) if i == 0 else ())) for i, f in enumerate(SPEEDS_HZ)]
+    (line,) = found_lines(once, (), ["a"], STATED)
+    (at_frequency, at_order) = line.places
+    assert at_frequency == (0.0, pytest.approx(29.86, abs=0.02))
+    assert at_order == (pytest.approx(29.86 / SPEEDS_HZ[0], abs=0.002), 0.0)
 
 
 def test_a_line_just_outside_the_band_of_a_stated_one_is_found():

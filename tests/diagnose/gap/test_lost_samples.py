@@ -13,8 +13,8 @@ LINES = {1.0: 1.0, 2.0: 0.3j, 3.0: 0.1 - 0.05j, 0.5: 0.05}
 TURNS = SPEED_HZ * np.arange(SAMPLES) / RATE_HZ
 
 
-def _whole(seed: int = 1, noise: float = NOISE) -> np.ndarray:
-    noise = noise * np.random.default_rng(seed).normal(size=SAMPLES)
+def _whole(seed: int = 1, deviation: float = NOISE) -> np.ndarray:
+    noise = deviation * np.random.default_rng(seed).normal(size=SAMPLES)
     return noise + sum((line * np.exp(2j * np.pi * order * TURNS)).real for order, line in LINES.items())
 
 
@@ -63,7 +63,7 @@ def test_the_lines_are_those_of_the_whole_record(damage, share):
 @pytest.mark.parametrize("share", [0.05, 0.15, 0.25])
 @pytest.mark.parametrize(("ends", "left"), [(1, 0.35), (2, 0.15)])
 def test_noise_that_decides_what_is_cut_off_does_not_make_the_lines_too_small(share, ends, left):
-    sound = _whole(noise=0.03)
+    sound = _whole(deviation=0.03)
     high, low = np.quantile(sound, [1 - share / ends, share / ends if ends == 2 else 0.0])
     found = mended([_recording(np.clip(sound, low, high))], {"a"})
     assert found is not None
@@ -73,7 +73,7 @@ def test_noise_that_decides_what_is_cut_off_does_not_make_the_lines_too_small(sh
 
 
 def test_a_record_without_noise_is_put_back_as_well():
-    sound = _whole(noise=0.0)
+    sound = _whole(deviation=0.0)
     found = mended([_recording(np.minimum(sound, 0.9))], {"a"})
     assert found is not None
     # A sampled tacho tells the angle to 2 % of a radian.
