@@ -80,6 +80,8 @@ class Effect:
     IDEALISED : bool
         The form of its law is an idealisation, as that of a contact or of a crack that opens: the harmonics of a real
         one differ from it by tens of per cent, and by how much changes with the speed.
+    PERMANENT : bool
+        It acts on every machine of the kind, the healthy one as well: it does not explain what has changed since.
     at : str
         Name of the part; empty for the machine's first one with the role.
     """
@@ -93,6 +95,7 @@ class Effect:
     REFERENCES: ClassVar[tuple[str, ...]] = ()
     EMPIRICAL: ClassVar[bool] = False
     IDEALISED: ClassVar[bool] = False
+    PERMANENT: ClassVar[bool] = False
 
     at: str = ""
 

@@ -15,8 +15,9 @@ from .channels import Matched
 
 #: Below this confidence a speed that the vibration shows may as well be another line.
 TRUSTED_SPEED = 0.8
-#: The same near a speed that somebody states: few other lines lie there.
-TRUSTED_NEAR_HINT = 0.7
+#: The same near a speed that somebody states: few other lines lie there. And within a share of it that only one of
+#: twenty chance lines near it would meet.
+TRUSTED_NEAR_HINT, TRUSTED_AT_HINT, AT_HINT = 0.7, 0.5, 0.004
 #: Change of speed within a record beyond which its lines are averages over different motions.
 STEADY = 0.05
 #: Defects below this severity are no news; what lies at the end of the band does not touch the orders compared.
@@ -76,17 +77,26 @@ def _speed(recording: Recording, kept: dict[int, str], name: str) -> SpeedEstima
         speed = observe(recording.select(list(kept))).speed
     except RotorwiseError as problem:
         raise UnfitRecordingError(f"{name}: {problem}") from None
-    if speed is None or speed.confidence < (TRUSTED_NEAR_HINT if speed.method == NEAR_HINT else TRUSTED_SPEED):
-        guess = f" ({speed.speed_rpm:.0f} rpm with {speed.confidence:.0%} confidence)" if speed else ""
-        stated = recording.condition.speed_rpm
+    stated = recording.condition.speed_rpm
+    needed = _needed(speed, stated) if speed else 1.0
+    if speed is None or speed.confidence < needed:
+        guess = f" ({speed.speed_rpm:.1f} rpm with {speed.confidence:.0%} confidence)" if speed else ""
         if stated:
             raise UnfitRecordingError(
-                f"{name}: no tacho, and the vibration shows no speed near the {stated:.0f} rpm that are stated; "
-                "allowed: lines of the shaft that place it to a part of a line's width. Name the tacho channel with "
-                "--tacho, correct the speed, or leave the recording out."
+                f"{name}: no tacho, and the vibration does not surely show the shaft's speed near the {stated:.0f} rpm "
+                f"that are stated{guess}; allowed: {needed:.0%} or more. Name the tacho channel with --tacho, correct "
+                "the speed, or leave the recording out."
             )
         raise UnfitRecordingError(
             f"{name}: no tacho, and the vibration does not show the shaft's speed{guess}; allowed: a known speed. Name "
             "the tacho channel with --tacho, or give the speed with --speed or in recording.toml."
         )
     return speed
+
+
+def _needed(speed: SpeedEstimate, stated_rpm: float | None) -> float:
+    """Return the confidence from which a speed that the vibration shows is taken."""
+    if speed.method != NEAR_HINT:
+        return TRUSTED_SPEED
+    is_there = stated_rpm is not None and abs(speed.speed_rpm / stated_rpm - 1) < AT_HINT
+    return TRUSTED_AT_HINT if is_there else TRUSTED_NEAR_HINT

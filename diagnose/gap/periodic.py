@@ -34,7 +34,7 @@ def motions_in(
             owners.append((owner, numbers))
     beside = [[near[n] for n in numbers] if isinstance(near, list) else None for _, numbers in owners]
     motions: dict[tuple[int, int], PeriodicMotion] = {}
-    balances = harmonic_balances(cases, harmonics=harmonics, near=beside)
+    balances = harmonic_balances(cases, harmonics=harmonics, near=beside, only_stable=True)
     for (owner, numbers), found in zip(owners, balances, strict=True):
         if isinstance(found, RotorwiseError):
             failed[owner] = found

@@ -32,6 +32,8 @@ TRIES, TRIES_IN_TIME = 6, 3
 WORTH, WORTH_IN_TIME = 1e-2, 0.5
 #: Data tell a value where less than this share of what the prior leaves open stays open.
 TOLD = 0.8
+#: So far out in its prior a value is only where the data push it: to the edge of what is allowed.
+PUSHED = 2.5
 #: A coordinate whose whole prior moves the lines by less than this, in standard deviations, is left alone where each
 #: slope is a simulation.
 DEAD = 0.3
@@ -141,7 +143,9 @@ class Fit:
     def tells(self, number: int) -> bool:
         """Return whether the data say clearly more of a coordinate than its prior does."""
         one = self.coordinates[number]
-        return number in self.arcs or math.sqrt(self.covariance[number, number] * one.least_precision) < TOLD
+        pushed = abs(float(self.position[number])) > PUSHED and not one.is_strength and not one.is_angle
+        known = math.sqrt(self.covariance[number, number] * one.least_precision) < TOLD
+        return number in self.arcs or pushed or known
 
     def values(self) -> list[dict[str, float]]:
         """Return each effect's values by name."""

@@ -41,6 +41,8 @@ FAR_BEHIND = 300.0
 #: Starts of one effect, and of one that is simulated in time; of one whose response bends with its strength each is
 #: followed to the end, as a contact that opens in some of the conditions only makes hills between them.
 STARTS, STARTS_IN_TIME, STARTS_OF_BENT = 2, 1, 3
+#: Of one with many hills, something unknown with so much less evidence is a reason to look for others.
+NEXT_TO = 100.0
 #: Factors of the strength that are tried where each is a simulation.
 SCANNED = (0.5, 0.7, 1.4, 2.0, 3.0)
 #: Factor by which the law of an idealised effect may be less exact than usual.
@@ -124,11 +126,11 @@ def search(
         if options[0].score > every[0][0].score - FAR_BEHIND
         or predictor.repeats(machine.with_effects(options[0].candidate.at(options[0].position)))
     ]
-    singles = _singles(screened, screening, problem, none, tell)
+    unknown = unexplained(compared, kernels)
+    singles = _singles(screened, screening, problem, (none, unknown.log_evidence), tell)
     begun = [fit for fit in singles if fit.log_evidence > none.log_evidence - HOPELESS]
     singles = _jointly_best(begun, problem, none) if begun else []
     pairs = two_effects(singles, screening, problem, none, tell) if singles else []
-    unknown = unexplained(compared, kernels)
     fits = tuple(sorted([*singles, *pairs], key=lambda fit: -fit.log_evidence))
     fits = (*(_less_exact(fit, problem) for fit in fits[:1]), *fits[1:])
     hills = {fit.candidates[0]: fit.hills for fit in begun if fit.hills is not None}
@@ -143,8 +145,13 @@ def search(
     return _posterior(compared, none, (*fits, *beside), unknown, count, rest) if beside else posterior
 
 
-def _singles(screened: list[list[Start]], screening: Screening, problem: Problem, none: Fit, tell: Tell) -> list[Fit]:
-    """Return the fits of single effects: a few steps with each, the best of them to the end."""
+def _singles(
+    screened: list[list[Start]], screening: Screening, problem: Problem, others: tuple[Fit, float], tell: Tell
+) -> list[Fit]:
+    """Return the fits of single effects: a few steps with each, the best of them to the end.
+
+    ``others`` are that of no effect, and the evidence for something unknown.
+    """
     compared, machine, predictor = problem.plain(), problem.baseline.machine, problem.predictor
     begun: list[tuple[Candidate, list[Climbed]]] = []
     for rank, options in enumerate(screened):
@@ -166,12 +173,16 @@ def _singles(screened: list[list[Start]], screening: Screening, problem: Problem
         found += sorted((fit for fit in fits if fit), key=lambda fit: -fit.log_evidence)[:1]
     found = [_scanned(fit, problem) for fit in found]
     found.sort(key=lambda fit: -fit.log_evidence)
-    return [looked_about(fit, problem) if _is_rough(fit, none) else fit for fit in found[:1]] + found[1:]
+    return [looked_about(fit, problem) if _is_rough(fit, *others) else fit for fit in found[:1]] + found[1:]
 
 
-def _is_rough(fit: Fit, none: Fit) -> bool:
-    """Return whether an effect explains most, but leaves more than noise."""
-    return not explains_little(fit.power, none) and chance_of_residual(fit) <= MISFIT
+def _is_rough(fit: Fit, none: Fit, unknown: float) -> bool:
+    """Return whether an effect explains most, but leaves more than noise.
+
+    Or, of one whose likelihood has many hills, whether something unknown has nearly as much evidence as where it is.
+    """
+    behind = fit.candidates[0].effect.IDEALISED and fit.log_evidence < unknown + NEXT_TO
+    return not explains_little(fit.power, none) and (chance_of_residual(fit) <= MISFIT or behind)
 
 
 def _scanned(fit: Fit, problem: Problem) -> Fit:

@@ -38,6 +38,7 @@ class Gravity(Effect):
         "bolt_loss": "bolts retightened: the sag stays",
     }
     REFERENCES = ("M. I. Friswell et al., Dynamics of Rotating Machines, Cambridge 2010",)
+    PERMANENT = True
 
     gravity_m_s2: float = parameter(
         unit="m/s2",

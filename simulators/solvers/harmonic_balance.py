@@ -27,16 +27,19 @@ from .frequency_response import Spinning, responses
 from .newton_balance import WORST, balanced_newton
 from .periodic_balance import Responses, balanced_linear
 from .periodic_forces import periodic_forces
+from .periodic_stability import largest_multipliers
 
 #: Signals are sampled this many times finer than the highest harmonic; finer where they jump, as a jump is then known
 #: to within one sample.
 OVERSAMPLING, OVERSAMPLING_OF_JUMPS = 8, 128
+#: Growth of a disturbance in a period above which a motion is taken not to last: slopes are sampled.
+UNSTABLE = 1.01
 #: Systems that are kept for further speeds.
 KEPT_SYSTEMS = 16
 
 
 class NoPeriodicMotionError(RotorwiseError):
-    """Newton's method found no periodic motion."""
+    """Newton's method found no periodic motion, or one that does not last."""
 
 
 @dataclass(frozen=True)
@@ -128,13 +131,14 @@ def harmonic_balances(
     harmonics: int = 8,
     revolutions: int = 1,
     near: Sequence[Sequence[PeriodicMotion] | None] | None = None,
+    only_stable: bool = False,
 ) -> list[list[PeriodicMotion] | RotorwiseError]:
     """Return the steady periodic motions of several machines, each at several speeds, side by side.
 
     Parameters as in `harmonic_balance`, and ``near``: for each case the motions of a machine that is nearly the same,
     at each speed, or None. A nonlinear machine's motion is then sought from there, not from rest: in fewer steps, and
-    of several motions the one close by. A machine without a periodic motion at one of its speeds has that error in its
-    place.
+    of several motions the one close by. With ``only_stable`` a nonlinear machine's motion that the least disturbance
+    ends counts as none. A machine without a periodic motion at one of its speeds has that error in its place.
     """
     if harmonics < 1 or revolutions < 1:
         raise InvalidValueError(f"{harmonics} harmonics over {revolutions} revolutions; allowed: 1 or more of both.")
@@ -154,7 +158,9 @@ def harmonic_balances(
             lane = _Lane((number, index), system, profile.speeds_rad_s[0], beside[index] if beside else None)
             groups.setdefault(wiring[id(system)], []).append(lane)
     for group in groups.values():
-        for lane, motion in zip(group, _side_by_side(group, harmonics * revolutions, revolutions), strict=True):
+        for lane, motion in zip(
+            group, _side_by_side(group, (harmonics * revolutions, revolutions, only_stable)), strict=True
+        ):
             if isinstance(motion, PeriodicMotion):
                 found[lane.place] = motion
             else:
@@ -175,10 +181,13 @@ class _Lane:
     near: PeriodicMotion | None
 
 
-def _side_by_side(lanes: list[_Lane], count: int, revolutions: int) -> list[PeriodicMotion | RotorwiseError]:
-    """Return the motions of lanes; where some force does not repeat, one machine after the other."""
+def _side_by_side(lanes: list[_Lane], wanted: tuple[int, int, bool]) -> list[PeriodicMotion | RotorwiseError]:
+    """Return the motions of lanes; where some force does not repeat, one machine after the other.
+
+    ``wanted`` are the harmonics and revolutions of a period, and whether stable ones only.
+    """
     try:
-        return _motions(lanes, count, revolutions)
+        return _motions(lanes, *wanted)
     except RotorwiseError as problem:
         cases: dict[int, list[_Lane]] = {}
         for lane in lanes:
@@ -186,7 +195,7 @@ def _side_by_side(lanes: list[_Lane], count: int, revolutions: int) -> list[Peri
         if len(cases) == 1:
             # Its traceback would keep all that was computed until then.
             return [problem.with_traceback(None)] * len(lanes)
-        return [one for own in cases.values() for one in _side_by_side(own, count, revolutions)]
+        return [one for own in cases.values() for one in _side_by_side(own, wanted)]
 
 
 def _systems(machine: Machine, profiles: Sequence[SpeedProfile]) -> list[System]:
@@ -235,7 +244,9 @@ def _wiring(system: System) -> object:
     return forces, ends, system.motion_rows.tobytes(), system.force_directions.tobytes()
 
 
-def _motions(lanes: list[_Lane], count: int, revolutions: int) -> list[PeriodicMotion | RotorwiseError]:
+def _motions(
+    lanes: list[_Lane], count: int, revolutions: int, only_stable: bool
+) -> list[PeriodicMotion | RotorwiseError]:
     """Return the motions of lanes with the same forces, up to ``count`` harmonics of the period."""
     systems, speeds_rad_s = [lane.system for lane in lanes], [lane.speed_rad_s for lane in lanes]
     first, orders = systems[0], np.arange(count + 1) / revolutions
@@ -245,7 +256,7 @@ def _motions(lanes: list[_Lane], count: int, revolutions: int) -> list[PeriodicM
             f"{', '.join(excited)} can excite a motion that does not repeat with the shaft; allowed: forces that "
             "follow it. Simulate the machine in time instead."
         )
-    responding = interface_responses(systems, speeds_rad_s, count, revolutions)
+    responding, growth = interface_responses(systems, speeds_rad_s, count, revolutions), np.zeros(len(systems))
     if first.forces:
         forces = periodic_forces(systems, speeds_rad_s, instants_for(first, count), revolutions)
         if first.is_linear:
@@ -253,19 +264,33 @@ def _motions(lanes: list[_Lane], count: int, revolutions: int) -> list[PeriodicM
             residuals = np.where(np.isfinite(pushed).all(axis=(1, 2)), 0.0, np.nan)
         else:
             pushed, residuals = balanced_newton(forces, responding, _starts(lanes, responding))
+            if only_stable:
+                found = np.where(residuals[:, None, None] < WORST, pushed, 0.0)
+                growth = largest_multipliers(forces, responding.motions(found), speeds_rad_s, revolutions)
     else:
         pushed, residuals = np.zeros((len(systems), count + 1, 0), dtype=complex), np.zeros(len(systems))
     motions = _one_sided(responding.motions(pushed).swapaxes(1, 2))
     probes = _one_sided((responding.of_probes @ pushed[..., None])[..., 0].swapaxes(1, 2))
     return [
-        PeriodicMotion(orders, probes[i], motions[i], system.probes, speed, float(residuals[i]))
-        if residuals[i] < WORST
-        else NoPeriodicMotionError(
-            f"The harmonic balance of this machine did not converge (last relative change {residuals[i]:.2g}). Its "
-            "motion may not be periodic, or it needs more harmonics; simulate it in time instead."
-        )
+        _no_motion(residuals[i], growth[i])
+        or PeriodicMotion(orders, probes[i], motions[i], system.probes, speed, float(residuals[i]))
         for i, (system, speed) in enumerate(zip(systems, speeds_rad_s, strict=True))
     ]
+
+
+def _no_motion(residual: float, growth: float) -> NoPeriodicMotionError | None:
+    """Return why a balance is no motion of the machine; None where it is one."""
+    if not residual < WORST:
+        return NoPeriodicMotionError(
+            f"The harmonic balance of this machine did not converge (last relative change {residual:.2g}). Its "
+            "motion may not be periodic, or it needs more harmonics; simulate it in time instead."
+        )
+    if growth > UNSTABLE:
+        return NoPeriodicMotionError(
+            f"The periodic motion of this machine does not last: a disturbance grows by a factor {growth:.3g} in each "
+            "period. Simulate it in time instead."
+        )
+    return None
 
 
 def _starts(lanes: list[_Lane], responding: Responses) -> np.ndarray | None:

@@ -210,6 +210,15 @@ def linearised(
     forces: PeriodicForces, lanes: np.ndarray, motions: np.ndarray, shape: tuple[int, ...]
 ) -> tuple[np.ndarray, Slopes]:
     """Return s (lanes, K + 1, forces) and S of the nonlinear forces along a motion, by central differences."""
+    constant, slope = slopes_along(forces, lanes, motions, shape)
+    top = motions.shape[1] - 1
+    return spectrum_of(constant, top), slopes_of(slope, top)
+
+
+def slopes_along(
+    forces: PeriodicForces, lanes: np.ndarray, motions: np.ndarray, shape: tuple[int, ...]
+) -> tuple[np.ndarray, dict[tuple[int, int], np.ndarray]]:
+    """Return the same over the period: s (forces, lanes, instants), S by (force, motion), each (lanes, instants)."""
     x, constant = _waves(motions, shape[2]), np.zeros((shape[0], lanes.size, shape[2]))
     slope: dict[tuple[int, int], np.ndarray] = {}
     system = forces.systems[0]
@@ -227,5 +236,4 @@ def linearised(
         for i, act in enumerate(acts.tolist()):
             for j, read in enumerate(reads.tolist()):
                 slope[act, read] = slope.get((act, read), 0.0) + rising[i, j]
-    top = motions.shape[1] - 1
-    return spectrum_of(constant, top), slopes_of(slope, top)
+    return constant, slope

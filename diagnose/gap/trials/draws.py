@@ -28,7 +28,7 @@ HALF_WIDTH = 0.75
 
 
 def applicable(machine: Machine, *, probes: Sequence[Probe]) -> dict[str, tuple[Effect, ...]]:
-    """Return the effects that can act on a machine by name, each at every part where it can, with default values.
+    """Return the effects that can begin to act on a machine by name, each at every part, with default values.
 
     Effects on the measuring chain act at the locations of ``probes``, those that are recorded; those of the recorder
     and its clock act on all channels.
@@ -36,7 +36,7 @@ def applicable(machine: Machine, *, probes: Sequence[Probe]) -> dict[str, tuple[
     assembly = machine.bare_assembly()
     found: dict[str, tuple[Effect, ...]] = {}
     for name, effect in sorted(effect_catalogue().items()):
-        if effect.EMPIRICAL:
+        if effect.EMPIRICAL or effect.PERMANENT:
             continue
         if issubclass(effect, SensorEffect):
             fitting = [probe.location for probe in probes if effect().fits(probe)]

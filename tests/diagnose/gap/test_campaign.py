@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,9 +16,12 @@ from rotorwise.datasets.reading import read
 from rotorwise.datasets.recording import Channel, OperatingCondition, Recording
 from rotorwise.datasets.simulated import record_machine
 from rotorwise.datasets.write import write_recording
+from rotorwise.diagnose.gap import fitness
 from rotorwise.diagnose.gap.campaign import find_sources, parse_loads, read_campaign
 from rotorwise.diagnose.gap.channels import as_probes, match_channels, parse_probes
 from rotorwise.diagnose.gap.fitness import UnfitRecordingError, fit
+from rotorwise.diagnose.result import SpeedEstimate
+from rotorwise.diagnose.signal.speed import NEAR_HINT
 from rotorwise.simulators.errors import InvalidValueError
 from rotorwise.simulators.machine import find_machine
 
@@ -230,6 +234,20 @@ def test_a_speed_that_nothing_shows_is_not_guessed() -> None:
     noise = 0.01 * np.random.default_rng(0).normal(size=TIME.size)
     comb = sum(np.cos(2 * np.pi * 25.3 * k * TIME) / k for k in range(1, 7)) + noise
     assert fitted(comb[None], X, hint_rpm=1500.0)[2] == []
+
+
+@pytest.mark.parametrize(
+    ("rpm", "confidence", "taken"), [(1502, 0.6, 1), (1502, 0.4, 0), (1520, 0.6, 0), (1520, 0.75, 1)]
+)
+def test_a_doubtful_line_is_taken_where_it_lies_at_the_stated_speed_itself(monkeypatch, rpm, confidence, taken):
+    speed = SpeedEstimate(rpm / 60, rpm / 60, rpm / 60, confidence, NEAR_HINT)
+    monkeypatch.setattr(fitness, "observe", lambda _: SimpleNamespace(speed=speed))
+    if taken:
+        assert fitted(np.cos(2 * np.pi * 25 * TIME)[None], X, hint_rpm=1500.0)[2] == []
+    else:
+        said = rf"near the 1500 rpm that are stated \({rpm:.1f} rpm with {confidence:.0%} confidence\)"
+        with pytest.raises(UnfitRecordingError, match=said):
+            fitted(np.cos(2 * np.pi * 25 * TIME)[None], X, hint_rpm=1500.0)
 
 
 def test_dead_channels_are_left_out_and_gaps_filled() -> None:

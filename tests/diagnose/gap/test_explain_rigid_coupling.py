@@ -82,6 +82,15 @@ def test_what_is_not_in_the_catalogue_is_unknown(unbalanced):
     assert not found.causes
 
 
+def test_what_acts_on_the_healthy_machine_as_well_is_no_cause_of_a_change(unbalanced):
+    found = explain_gap(unbalanced, rigid_coupling, only=frozenset({"gravity", "unbalance"}))
+    assert [cause.effect for cause in found.causes] == ["unbalance"]
+    assert found.not_compared["gravity"] == "acts on the healthy machine as well"
+    alone = Campaign(unbalanced.recordings[:2])
+    other = explain_gap(alone, rigid_coupling, only=frozenset({"gravity"})).not_compared
+    assert other["gravity"] == "adds nothing to the lines that are compared here"
+
+
 def test_a_defect_of_the_waveform_does_not_stand_for_lines_that_nothing_explains(unbalanced):
     def coarse(record: Recording) -> Recording:
         step = record.signals[0].std() / 8

@@ -55,8 +55,10 @@ def _after(
     gains: dict[tuple[str, ...], float] | None = None,
     unknown: float = 0.0,
     all_chance: float = 1.0,
+    evidences: dict[tuple[str, ...], float] | None = None,
 ) -> tuple[Posterior, tuple[str, ...]]:
-    fits: Any = [SimpleNamespace(names=names, log_evidence=0.0) for names in shares if names and names != UNKNOWN]
+    logs = dict.fromkeys(shares, 0.0) | (evidences or {})
+    fits: Any = [SimpleNamespace(names=one, log_evidence=logs[one]) for one in shares if one and one != UNKNOWN]
     none: Any = SimpleNamespace(names=(), log_evidence=-4.0)
     something: Any = SimpleNamespace(log_evidence=0.0)
     compared: Any = None
@@ -121,6 +123,15 @@ def test_an_effect_whose_lines_lie_clearly_nearer_draws_level(monkeypatch):
     assert found.probabilities[RIGHT] == pytest.approx(found.probabilities[LEFT], rel=1e-4)
     assert remarks[0].endswith("not one on conditions that nothing was chosen by.")
     found, remarks = _after(monkeypatch, shares, densities, gains={LEFT: 30.0, RIGHT: 32.0})
+    assert found.probabilities == pytest.approx(shares)
+    assert not remarks
+
+
+def test_what_the_fitted_lines_speak_clearly_against_does_not_draw_level(monkeypatch):
+    shares = {LEFT: 0.97, RIGHT: 1e-200, (): 0.02, UNKNOWN: 0.01}
+    densities = {LEFT: 5.0, RIGHT: 5.0, (): -30.0}
+    gains = {LEFT: 14.9, RIGHT: 32.0}
+    found, remarks = _after(monkeypatch, shares, densities, gains=gains, evidences={RIGHT: -570.0})
     assert found.probabilities == pytest.approx(shares)
     assert not remarks
 

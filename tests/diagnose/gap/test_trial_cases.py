@@ -237,6 +237,11 @@ def test_every_effect_that_fits_is_drawn_and_none_twice(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", RANGES)
+def test_what_acts_on_every_machine_does_not_begin_to_act(name: str) -> None:
+    assert "gravity" not in CATALOGUES[name]
+
+
+@pytest.mark.parametrize("name", RANGES)
 def test_a_recorder_has_one_clock_and_only_recorded_probes_have_flaws(name: str) -> None:
     locations = {probe.location for probe in RANGES[name].recorded(find_machine(name))}
     for effects in CATALOGUES[name].values():
