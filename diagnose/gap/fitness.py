@@ -80,12 +80,13 @@ def _speed(recording: Recording, kept: dict[int, str], name: str) -> SpeedEstima
     stated = recording.condition.speed_rpm
     needed = _needed(speed, stated) if speed else 1.0
     if speed is None or speed.confidence < needed:
-        guess = f" ({speed.speed_rpm:.1f} rpm with {speed.confidence:.0%} confidence)" if speed else ""
+        is_seen = speed is not None and speed.method in (NEAR_HINT, "vibration")
+        guess = f" ({speed.speed_rpm:.1f} rpm with {speed.confidence:.0%} confidence)" if speed and is_seen else ""
         if stated:
             raise UnfitRecordingError(
                 f"{name}: no tacho, and the vibration does not surely show the shaft's speed near the {stated:.0f} rpm "
-                f"that are stated{guess}; allowed: {needed:.0%} or more. Name the tacho channel with --tacho, correct "
-                "the speed, or leave the recording out."
+                f"that are stated{guess}; allowed: a line of the shaft there, with {needed:.0%} confidence or more. "
+                "Name the tacho channel with --tacho, correct the speed, or leave the recording out."
             )
         raise UnfitRecordingError(
             f"{name}: no tacho, and the vibration does not show the shaft's speed{guess}; allowed: a known speed. Name "
