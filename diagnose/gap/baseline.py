@@ -142,7 +142,7 @@ def linearised(
         moved = position.copy()
         moved[i] += steps[i]
         beside[i] = machine_at(machine, coordinates, moved)
-    predictor.prepare(list(beside.values()), near=here)
+    predictor.prepare(list(beside.values()), near=here, lasting=True)
     for i, moved_machine in beside.items():
         slopes[i] = (predictor.amplitudes(moved_machine) - lines) / steps[i]
     probes = lines.shape[1]

@@ -39,7 +39,8 @@ if TYPE_CHECKING:
 Names = tuple[str, ...]
 #: A rival whose held-out error is this much smaller draws level, of the most probable ones.
 BETTER_DB, RIVALS = 3.0, 4
-#: Not one whose evidence is smaller by more than this: the fitted lines speak clearly against it.
+#: Not another name whose evidence is smaller by more than this: the fitted lines speak clearly against it. Fewer names
+#: may always: they only take one away.
 HOPELESS = 50.0
 #: And stands in front of what it is level with, the best one first: too little to count as more probable.
 AHEAD = 1e-6
@@ -189,7 +190,8 @@ def _levelled(seen: Posterior, prepared: Prepared, fits: Mapping[Names, Fit]) ->
         rivals = rivals[:RIVALS]
         own, *others = predicted_db([fits[names] for names in (leading, *rivals)], prepared)
         for names, other in zip(rivals, others, strict=True):
-            if other > own + BETTER_DB and fits[names].log_evidence > fits[leading].log_evidence - HOPELESS:
+            hopeless = fits[names].log_evidence < fits[leading].log_evidence - HOPELESS
+            if other > own + BETTER_DB and (set(names) < set(leading) or not hopeless):
                 shares[names] = top * (1 + AHEAD * (other - own))
     level = [names for names in shares if TOLD_APART * shares[names] > top > TOLD_APART * seen.probabilities[names]]
     said = " and ".join(_said(names) or "nothing at all" for names in level)

@@ -14,9 +14,17 @@ Moving = list[PeriodicMotion] | RotorwiseError
 
 
 def motions_in(
-    conditions: Sequence[Condition], machines: Sequence[Machine], near: Moving | None, *, harmonics: int
+    conditions: Sequence[Condition],
+    machines: Sequence[Machine],
+    near: Moving | None,
+    *,
+    harmonics: int,
+    lasting: bool = False,
 ) -> list[Moving]:
-    """Return the motion of machines in each condition, or why one has none; sought from motions ``near``, if any."""
+    """Return the motion of machines in each condition, or why one has none; sought from motions ``near``, if any.
+
+    ``lasting`` says that motions of these machines last, as that of one beside them does: it is not looked at.
+    """
     loads: dict[float | None, list[int]] = {}
     for number, condition in enumerate(conditions):
         loads.setdefault(condition.load, []).append(number)
@@ -34,7 +42,7 @@ def motions_in(
             owners.append((owner, numbers))
     beside = [[near[n] for n in numbers] if isinstance(near, list) else None for _, numbers in owners]
     motions: dict[tuple[int, int], PeriodicMotion] = {}
-    balances = harmonic_balances(cases, harmonics=harmonics, near=beside, only_stable=True)
+    balances = harmonic_balances(cases, harmonics=harmonics, near=beside, only_stable=not lasting)
     for (owner, numbers), found in zip(owners, balances, strict=True):
         if isinstance(found, RotorwiseError):
             failed[owner] = found

@@ -117,18 +117,25 @@ class Predictor:
         return self._known[key]
 
     def prepare(
-        self, machines: Sequence[Machine], *, most_in_time: int | None = None, near: Machine | None = None
+        self,
+        machines: Sequence[Machine],
+        *,
+        most_in_time: int | None = None,
+        near: Machine | None = None,
+        lasting: bool = False,
     ) -> list[bool]:
         """Compute the lines of several machines, side by side where they are simulated in time.
 
         Of those that are simulated in time at most ``most_in_time``, evenly spread; returns which were computed.
-        Motions are sought from that of the machine ``near``, if given.
+        Motions are sought from that of the machine ``near``, if given; ``lasting`` where that lasts and they are
+        so close that they do as well.
         """
         in_time: list[tuple[str, Machine, Machine | None]] = []
         keyed = {machine.to_toml(): machine for machine in machines}
         new = {key: one for key, one in keyed.items() if key not in self._known and key not in self._failed}
         self.evaluations += len(new)
-        moving = self._all_moving([_moving_part(machine) for machine in new.values()], near and _moving_part(near))
+        parts = [_moving_part(machine) for machine in new.values()]
+        moving = self._all_moving(parts, near and _moving_part(near), lasting=lasting)
         for (key, machine), own in zip(new.items(), moving, strict=True):
             try:
                 if isinstance(own, RotorwiseError):
@@ -202,7 +209,9 @@ class Predictor:
             self._spoiling[key] = not self.repeats(one)
         return self._spoiling[key]
 
-    def _all_moving(self, machines: Sequence[Machine], near: Machine | None = None) -> list[Moving]:
+    def _all_moving(
+        self, machines: Sequence[Machine], near: Machine | None = None, *, lasting: bool = False
+    ) -> list[Moving]:
         """Return the motion of each machine in each condition; of the last few it is kept for their sensors' sake.
 
         ``near`` is a machine that is nearly the same as all of them.
@@ -214,7 +223,7 @@ class Predictor:
         highest = max(self._whole_orders, default=1) + FURTHER_HARMONICS
         beside = self._all_moving([near])[0] if new and near is not None else None
         for some in (new[i : i + together] for i in range(0, len(new), together)):
-            own = motions_in(self.conditions, [keyed[key] for key in some], beside, harmonics=highest)
+            own = motions_in(self.conditions, [keyed[key] for key in some], beside, harmonics=highest, lasting=lasting)
             found |= zip(some, own, strict=True)
         for key in new[-KEPT_MOTIONS:]:
             self._motions[key] = found[key]

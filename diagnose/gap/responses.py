@@ -32,12 +32,17 @@ class Responses:
         return with_candidates(self._machine, self.chosen, position)
 
     def prepare(
-        self, positions: Sequence[np.ndarray], *, most_in_time: int | None = None, near: np.ndarray | None = None
+        self,
+        positions: Sequence[np.ndarray],
+        *,
+        most_in_time: int | None = None,
+        near: np.ndarray | None = None,
+        lasting: bool = False,
     ) -> list[bool]:
         """Compute several responses, side by side, sought from that at ``near``; return which: `Predictor.prepare`."""
         machines = [self.machine(position) for position in positions]
         beside = None if near is None else self.machine(near)
-        return self._predictor.prepare(machines, most_in_time=most_in_time, near=beside)
+        return self._predictor.prepare(machines, most_in_time=most_in_time, near=beside, lasting=lasting)
 
     def repeats(self, position: np.ndarray) -> bool:
         """Return whether the motion with the effects repeats with the shaft."""
@@ -74,7 +79,7 @@ class Responses:
         choose = [one.parameter.chooses for candidate in self.chosen for one in candidate.coordinates]
         wanted = np.flatnonzero(alive & ~np.array(choose, dtype=bool))
         moved = {int(i): position + step * np.eye(position.size)[i] for i in wanted}
-        self.prepare(list(moved.values()), near=position)
+        self.prepare(list(moved.values()), near=position, lasting=True)
         found = np.zeros((position.size, *added.shape), dtype=complex)
         for i, one in moved.items():
             found[i] = (self(one) - added) / step

@@ -13,6 +13,10 @@ from .screen import Atom, Start, starts
 
 #: Parts and variants of one effect that are followed.
 PLACES = 2
+#: Hypotheses that are simulated in time and so far behind the best in the first look are not followed.
+FAR_BEHIND = 300.0
+#: Nor finished, where after the first steps they leave so many times what the best leaves, and as much again.
+TIMES_WORSE = 10.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ from .refine import FIRST_STEPS, Climbed, Fit, climbed, density, nothing, refine
 from .response_shape import scaled_strengths
 from .responses import Responses
 from .screen import Start
-from .screening import Screening, few_of_each
+from .screening import FAR_BEHIND, TIMES_WORSE, Screening, few_of_each
 from .two_effects import CLOSE, MOVES, explains_little, two_effects
 from .unknown_force import Unknown, unexplained
 
@@ -36,8 +36,6 @@ HOPELESS = 5.0
 #: Where nothing at all explains the data with this chance, effects that are no better in the first look are not
 #: followed: their evidence is that of the first look.
 GOOD = 0.05
-#: Effects that are simulated in time and so far behind the best in the first look are not followed.
-FAR_BEHIND = 300.0
 #: Starts of one effect, and of one that is simulated in time; of one whose response bends with its strength each is
 #: followed to the end, as a contact that opens in some of the conditions only makes hills between them.
 STARTS, STARTS_IN_TIME, STARTS_OF_BENT = 2, 1, 3
@@ -169,6 +167,9 @@ def _singles(
     begun.sort(key=lambda item: item[1][0].objective)
     found = []
     for one, tried in begun[:FINISHED]:
+        worse = tried[0].objective > TIMES_WORSE * begun[0][1][0].objective + FAR_BEHIND
+        if worse and not predictor.repeats(machine.with_effects(one.at(tried[0].position))):
+            continue
         fits = [refined([one], first.position, compared, machine, predictor) for first in tried]
         found += sorted((fit for fit in fits if fit), key=lambda fit: -fit.log_evidence)[:1]
     found = [_scanned(fit, problem) for fit in found]

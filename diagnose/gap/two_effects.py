@@ -17,8 +17,9 @@ from .hypotheses import Candidate
 from .joint_fit import jointly
 from .null_distribution import chance_of_residual
 from .refine import FIRST_STEPS, Fit, climbed, laws_of, nothing, refined
+from .responses import Responses
 from .screen import Atom, Start, atoms_of
-from .screening import Screening, few_of_each
+from .screening import FAR_BEHIND, TIMES_WORSE, Screening, few_of_each
 
 #: Partners that are tried of the best single effect, and of the second best.
 PARTNERS = (6, 3)
@@ -60,7 +61,8 @@ def two_effects(
             if in_time and (rank or number >= PARTNERS_IN_TIME):
                 continue
             tell(f"{leader.candidates[0]} with {options[0].candidate}")
-            fit = _fitted(leader, options[: STARTS_IN_TIME if in_time else STARTS], problem, none)
+            begin = options[: STARTS_IN_TIME if in_time else STARTS]
+            fit = _fitted(leader, begin, problem, none, hopeless=TIMES_WORSE * leaders[0].power / 2 + FAR_BEHIND)
             found += [fit] if fit else []
     joint: list[Fit] = []
     for fit in _best_of_each(found)[:JOINT]:
@@ -88,19 +90,26 @@ def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:
     return list(kept.values())
 
 
-def _fitted(leader: Fit, options: Sequence[Start], problem: Problem, none: Fit) -> Fit | None:
+def _fitted(leader: Fit, options: Sequence[Start], problem: Problem, none: Fit, *, hopeless: float) -> Fit | None:
+    """Return the fit of two effects; None where it explains little, or nothing that the first one does not.
+
+    Nor where they leave more than ``hopeless``, half a squared residual; where each step is a simulation, the first ones.
+    """
     compared, machine, predictor = problem.plain(), problem.baseline.machine, problem.predictor
     both = [leader.candidates[0], options[0].candidate]
     places = [np.concatenate([leader.position, o.position]) for o in options]
     tried = climbed(both, places, compared, machine, predictor, steps=FIRST_STEPS)
     if not tried or explains_little(2 * tried[0].objective, none):
         return None
+    if tried[0].objective > hopeless and not Responses(both, machine, predictor).repeats(tried[0].position):
+        return None
     alone = compared.residual - compared.whitened(leader.response)
     law = laws_of(compared, leader.candidates, [leader.response])
     left = 0.5 * float(alone @ law.solve(alone))
     if tried[0].objective > left - PAIR_MARGIN:
         return None
-    return refined(both, tried[0].position, compared, machine, predictor)
+    fit = refined(both, tried[0].position, compared, machine, predictor)
+    return fit if fit and fit.power / 2 < hopeless else None
 
 
 def _partners(leader: Fit, screening: Screening, problem: Problem, tell: Tell, *, explained: bool) -> list[list[Start]]:

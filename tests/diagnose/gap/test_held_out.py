@@ -136,6 +136,15 @@ def test_what_the_fitted_lines_speak_clearly_against_does_not_draw_level(monkeyp
     assert not remarks
 
 
+def test_one_of_two_names_alone_draws_level_whatever_the_fitted_lines_say(monkeypatch):
+    both = (*LEFT, *RIGHT)
+    shares = {both: 0.98, LEFT: 1e-96, (): 0.01, UNKNOWN: 0.01}
+    densities = {both: 5.0, LEFT: 5.0, (): -30.0}
+    gains = {both: 12.6, LEFT: 21.0}
+    found, _ = _after(monkeypatch, shares, densities, gains=gains, evidences={LEFT: -220.0})
+    assert judged(found.probabilities)[1] == LEFT
+
+
 def test_lines_that_the_effect_does_not_make_are_told_and_take_no_name_away(monkeypatch):
     shares = {LEFT: 0.97, (): 0.02, UNKNOWN: 0.01}
     found, remarks = _after(monkeypatch, shares, {LEFT: 5.0, (): 0.0}, all_chance=1e-9, unknown=20.0)
