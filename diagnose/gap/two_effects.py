@@ -93,7 +93,7 @@ def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:
 def _fitted(leader: Fit, options: Sequence[Start], problem: Problem, none: Fit, *, hopeless: float) -> Fit | None:
     """Return the fit of two effects; None where it explains little, or nothing that the first one does not.
 
-    Nor where they leave more than ``hopeless``, half a squared residual; where each step is a simulation, the first ones.
+    Nor where they, or simulated ones after a few steps, leave more than ``hopeless``, half a squared residual.
     """
     compared, machine, predictor = problem.plain(), problem.baseline.machine, problem.predictor
     both = [leader.candidates[0], options[0].candidate]
