@@ -96,18 +96,17 @@ def explained(
     own = problem.baseline.machine
     tell("finding what each effect can do")
     left_out = without if only is None else without | (effect_catalogue().keys() - only)
-    permanent = {name for name, effect in effect_catalogue().items() if effect.PERMANENT and name not in left_out}
-    if problem.at_healthy is None:
-        permanent = set[str]()
     lacking = (*prepared.found_lines, *standing_out(compared))
-    competing = _competing(machine, left_out | permanent, compared, own, few, screened, lacking)
+    competing = _competing(machine, left_out, compared, own, few, screened, lacking)
     rhythms = tuple(dict.fromkeys(one.effect for one in competing))
     unheard = not_heard(rhythms, machine, prepared.envelopes)
-    competing = [one for one in competing if one.effect not in unheard]
+    has_healthy = problem.at_healthy is not None
+    permanent = [one.name for one in competing if has_healthy and one.effect.PERMANENT]
+    competing = [one for one in competing if one.effect not in unheard and one.name not in permanent]
     library, not_compared = responses(competing, own, few, screened, tell=tell)
     gone = {one.NAME for one in unheard} - {one.name for one in competing}
     not_compared = dict.fromkeys(sorted(gone), "the envelope beats in another rhythm") | not_compared
-    not_compared |= dict.fromkeys(sorted(permanent), "acts on the healthy machine as well")
+    not_compared |= dict.fromkeys(permanent, "acts on the healthy machine as well")
     screening = Screening(chosen, screened, library)
     tied = all(one.tied for one in part.conditions)
     kernels = force_kernels(problem.baseline.machine, part) if tied else ()

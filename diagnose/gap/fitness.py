@@ -78,15 +78,15 @@ def _speed(recording: Recording, kept: dict[int, str], name: str) -> SpeedEstima
     except RotorwiseError as problem:
         raise UnfitRecordingError(f"{name}: {problem}") from None
     stated = recording.condition.speed_rpm
-    needed = _needed(speed, stated) if speed else 1.0
-    if speed is None or speed.confidence < needed:
-        is_seen = speed is not None and speed.method in (NEAR_HINT, "vibration")
+    if speed is None or speed.confidence < _needed(speed, stated):
+        is_seen = speed is not None and speed.method != "hint only"
         guess = f" ({speed.speed_rpm:.1f} rpm with {speed.confidence:.0%} confidence)" if speed and is_seen else ""
         if stated:
             raise UnfitRecordingError(
                 f"{name}: no tacho, and the vibration does not surely show the shaft's speed near the {stated:.0f} rpm "
-                f"that are stated{guess}; allowed: a line of the shaft there, with {needed:.0%} confidence or more. "
-                "Name the tacho channel with --tacho, correct the speed, or leave the recording out."
+                f"that are stated{guess}; allowed: a line there with a confidence of {TRUSTED_NEAR_HINT:.0%}, "
+                f"of {TRUSTED_AT_HINT:.0%} within {AT_HINT:.1%}. Name the tacho channel with --tacho, correct the "
+                "speed, or leave the recording out."
             )
         raise UnfitRecordingError(
             f"{name}: no tacho, and the vibration does not show the shaft's speed{guess}; allowed: a known speed. Name "

@@ -87,8 +87,8 @@ def _filled(signal: np.ndarray, lost: np.ndarray, turns: np.ndarray, known: _Kno
     columns, smallness = _columns(turns, known.deviation)
     side = (lost & (signal >= known.ends[1])).astype(float) - (lost & (signal <= known.ends[0]))
     cut, limit = side != 0, np.where(side > 0, *known.ends[::-1]) - known.mean
-    wanted = signal[~lost] - known.mean
-    gram, moment = columns[~lost].T @ columns[~lost], columns[~lost].T @ wanted
+    left, wanted = columns[~lost], signal[~lost] - known.mean
+    gram, moment = left.T @ left, left.T @ wanted
     outside, side, limit = columns[cut], side[cut], limit[cut]
     law, noise = np.zeros(columns.shape[1]), 0.0
     weight, target = np.zeros(side.size), np.zeros(side.size)
@@ -96,7 +96,7 @@ def _filled(signal: np.ndarray, lost: np.ndarray, turns: np.ndarray, known: _Kno
     for _ in range(MOST_STEPS):
         precision = gram + (outside.T * weight) @ outside + np.diag((noise * smallness) ** 2 + 1e-12 * signal.size)
         before, law = law, np.linalg.solve(precision, moment + outside.T @ (weight * target))
-        noise = float(np.std(wanted - columns[~lost] @ law)) + LEAST_NOISE * known.deviation
+        noise = float(np.std(wanted - left @ law)) + LEAST_NOISE * known.deviation
         there = outside @ law
         depth = side * (there - limit) / noise
         mean = _mean_beyond(depth)

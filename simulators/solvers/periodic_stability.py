@@ -6,7 +6,7 @@ Nonlinear Vibration Problems, Springer 2019, section 3.6). A motion of which one
 touch: no record shows it.
 
 The period is gone through by the trapezoidal rule, which makes no decaying motion grow, in the slow motions of the core
-only: what is faster than the samples of the slopes tell follows the forces at once.
+only: what is faster than the samples of the slopes tell follows the forces at once, and whether that grows is not seen.
 """
 
 from __future__ import annotations
@@ -21,10 +21,12 @@ import numpy as np
 
 from ..system import System
 from .newton_balance import slopes_along
+from .periodic_balance import solved_lanes
 from .periodic_forces import PeriodicForces
 
-#: Motions up to this share of the highest frequency that samples of the slopes hold are followed.
-SLOW = 0.5
+#: Motions up to about this share of the highest frequency that samples of the slopes hold are followed: as far as the
+#: widest gap between their frequencies within this factor to both sides.
+SLOW, NEARBY = 0.5, 2.0
 #: Cores whose slow motions are kept, and lanes that are gone through side by side.
 KEPT_CORES, TOGETHER = 64, 32
 
@@ -33,6 +35,8 @@ def largest_multipliers(
     forces: PeriodicForces, motions: np.ndarray, speeds_rad_s: Sequence[float], revolutions: int
 ) -> np.ndarray:
     """Return the largest modulus of the Floquet multipliers of each lane, shape (lanes,).
+
+    Infinite where a disturbance grows by more than numbers hold.
 
     Parameters
     ----------
@@ -50,7 +54,8 @@ def largest_multipliers(
     found = []
     for first in range(0, len(lanes), TOGETHER):
         some = slice(first, first + TOGETHER)
-        found.append(_largest(lanes[some], acts, reads, slopes[some]))
+        with np.errstate(over="ignore", invalid="ignore"):
+            found.append(_largest(lanes[some], acts, reads, slopes[some]))
     return np.concatenate(found)
 
 
@@ -73,14 +78,17 @@ def _largest(
         at_once[lane] = rows @ part.fast @ columns
     # Fast motions follow: u = S (x + D u).
     unit = np.eye(acts.size)
-    slopes = np.linalg.solve(unit - slopes @ at_once[:, None], slopes)
+    slopes = solved_lanes(unit - slopes @ at_once[:, None], slopes)
     # The rule's implicit half, at the few places where forces act (Sherman, Morrison and Woodbury).
-    implicit = np.linalg.solve(unit - slopes @ (read @ pushed)[:, None], slopes)
+    implicit = solved_lanes(unit - slopes @ (read @ pushed)[:, None], slopes)
     moved = np.broadcast_to(np.eye(states), through.shape)
     for instant in range(slopes.shape[1]):
         moved = through @ moved + pushed @ (slopes[:, instant] @ (read @ moved))
         moved = moved + pushed @ (implicit[:, instant] @ (read @ moved))
-    return np.abs(np.linalg.eigvals(moved)).max(axis=1)
+    bounded = np.isfinite(moved).all(axis=(1, 2))
+    largest = np.full(len(lanes), np.inf)
+    largest[bounded] = np.abs(np.linalg.eigvals(moved[bounded])).max(axis=1, initial=0.0)
+    return largest
 
 
 def _slopes(forces: PeriodicForces, motions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -142,13 +150,19 @@ _kept_cores: dict[tuple[bytes, float], _SlowMotions] = {}
 def _decoupled(core: np.ndarray, below_rad_s: float) -> _SlowMotions:
     from scipy.linalg import schur, solve_sylvester
 
-    found: Any = schur(core, sort=lambda real, imaginary: math.hypot(real, imaginary) < below_rad_s)
+    sizes = np.sort(np.abs(np.linalg.eigvals(core)))
+    near = sizes[(sizes > below_rad_s / NEARBY) & (sizes < below_rad_s * NEARBY)]
+    ends = np.array([below_rad_s / NEARBY, *near, below_rad_s * NEARBY])
+    widest = int(np.argmax(ends[1:] / ends[:-1]))
+    # Two motions of one frequency on both sides could not be told apart.
+    limit = math.sqrt(ends[widest] * ends[widest + 1])
+    found: Any = schur(core, sort=lambda real, imaginary: math.hypot(real, imaginary) < limit)
     triangle, turned, count = found
     slow, between, fast = triangle[:count, :count], triangle[:count, count:], triangle[count:, count:]
     if count == core.shape[0]:
         return _SlowMotions(slow, turned.T, turned, np.zeros(core.shape))
     # [1 X; 0 1] on both sides leaves the two without each other.
-    apart = solve_sylvester(slow, -fast, -between)
+    apart = solve_sylvester(slow, -fast, -between) if count else between
     into = turned[:, :count].T - apart @ turned[:, count:].T
     out_of_fast = turned[:, :count] @ apart + turned[:, count:]
     at_once = -out_of_fast @ np.linalg.solve(fast, turned[:, count:].T)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from rotorwise.simulators.effects import Rub, Unbalance
 from rotorwise.simulators.machine import find_machine
+from rotorwise.simulators.solvers import periodic_stability
 from rotorwise.simulators.solvers.floquet import floquet_multipliers
 from rotorwise.simulators.solvers.harmonic_balance import NoPeriodicMotionError, harmonic_balances
 from rotorwise.simulators.solvers.periodic_forces import periodic_forces
@@ -52,6 +53,28 @@ def test_multipliers_are_those_of_the_linear_machine_about_rest():
     assert max(exact) > 1.1
     assert min(exact) < 1
     np.testing.assert_allclose(found, exact, rtol=2e-3)
+
+
+def test_growth_beyond_all_numbers_is_infinite_and_no_error():
+    # About x = 1 the spring pushes away; at this rate a step of the rule multiplies by 2e4, 128 of them by 1e550.
+    rate = 1.0001 * 128 / np.pi
+    machine = duffing(stiffness=1.0, cubic=-(rate**2 + 1.0) / 3.0, damping=0.0)
+    away = np.zeros((1, 2, 1), dtype=complex)
+    away[0, 0, 0] = 1.0
+    assert _growth(machine, [1.0], away)[0] == np.inf
+
+
+def test_of_a_shaft_that_hardly_turns_all_motions_follow_at_once():
+    machine = duffing(stiffness=1.0, cubic=1.0, damping=0.1)
+    assert _growth(machine, [1e-3], np.zeros((1, 2, 1), dtype=complex))[0] == 0.0
+
+
+def test_motions_of_one_frequency_stay_on_one_side_of_the_limit():
+    # Two like oscillators exactly at the limit: a cut between their four eigenvalues could not be told apart.
+    core = np.kron(np.array([[0.0, 1.0], [-100.0, -0.1]]), np.eye(2))
+    parts = periodic_stability._decoupled(core, 10.0)
+    assert parts.slow.shape[0] in (0, 4)
+    assert np.isfinite(parts.fast).all()
 
 
 def _whip():
