@@ -159,6 +159,13 @@ def test_data_that_leave_the_prior_as_it_was_tell_nothing() -> None:
     assert high - low == pytest.approx(2 * 1.645 * 0.1, rel=1e-3)
 
 
+def test_a_value_far_out_in_its_prior_is_told_whatever_the_slopes_say() -> None:
+    every = coordinates_of(effect_catalogue()["rub"].parameters())
+    gap = next(one for one in every if one.parameter.name == "interference_m")
+    assert not _fit((gap,), [0.9]).tells(0)
+    assert replace(_fit((gap,), [0.9]), position=np.array([-3.2])).tells(0)
+
+
 def test_the_verdict_states_no_value_that_is_not_told() -> None:
     cause = made("one cause").causes[0]
     names = list(cause.parameters)
