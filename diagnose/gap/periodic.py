@@ -23,7 +23,8 @@ def motions_in(
 ) -> list[Moving]:
     """Return the motion of machines in each condition, or why one has none; sought from motions ``near``, if any.
 
-    ``lasting`` says that motions of these machines last, as that of one beside them does: it is not looked at.
+    Whether a motion lasts is asked of machines with contacts and the like (`Effect.IDEALISED`): a machine by itself was
+    recorded, and runs. ``lasting`` says that these do as well, as one beside them does.
     """
     loads: dict[float | None, list[int]] = {}
     for number, condition in enumerate(conditions):
@@ -41,8 +42,9 @@ def motions_in(
             cases.append((loaded, [conditions[number].speed_rpm for number in numbers]))
             owners.append((owner, numbers))
     beside = [[near[n] for n in numbers] if isinstance(near, list) else None for _, numbers in owners]
+    doubtful = [not lasting and any(effect.IDEALISED for effect in machine.effects) for machine, _ in cases]
     motions: dict[tuple[int, int], PeriodicMotion] = {}
-    balances = harmonic_balances(cases, harmonics=harmonics, near=beside, only_stable=not lasting)
+    balances = harmonic_balances(cases, harmonics=harmonics, near=beside, only_stable=doubtful)
     for (owner, numbers), found in zip(owners, balances, strict=True):
         if isinstance(found, RotorwiseError):
             failed[owner] = found

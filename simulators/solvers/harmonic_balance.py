@@ -131,22 +131,23 @@ def harmonic_balances(
     harmonics: int = 8,
     revolutions: int = 1,
     near: Sequence[Sequence[PeriodicMotion] | None] | None = None,
-    only_stable: bool = False,
+    only_stable: Sequence[bool] | None = None,
 ) -> list[list[PeriodicMotion] | RotorwiseError]:
     """Return the steady periodic motions of several machines, each at several speeds, side by side.
 
     Parameters as in `harmonic_balance`, and ``near``: for each case the motions of a machine that is nearly the same,
     at each speed, or None. A nonlinear machine's motion is then sought from there, not from rest: in fewer steps, and
-    of several motions the one close by. With ``only_stable`` a nonlinear machine's motion that the least disturbance
-    ends counts as none. A machine without a periodic motion at one of its speeds has that error in its place.
+    of several motions the one close by. Of the cases that ``only_stable`` says, a nonlinear machine's motion that the
+    least disturbance ends counts as none. A machine without a periodic motion at one of its speeds has that error in
+    its place.
     """
     if harmonics < 1 or revolutions < 1:
         raise InvalidValueError(f"{harmonics} harmonics over {revolutions} revolutions; allowed: 1 or more of both.")
     found: dict[tuple[int, int], PeriodicMotion] = {}
     failed: dict[int, RotorwiseError] = {}
     groups: dict[object, list[_Lane]] = {}
-    near = near or [None] * len(cases)
-    for number, ((machine, speeds_rpm), beside) in enumerate(zip(cases, near, strict=True)):
+    near, only_stable = near or [None] * len(cases), only_stable or [False] * len(cases)
+    for number, ((machine, speeds_rpm), beside, stable) in enumerate(zip(cases, near, only_stable, strict=True)):
         profiles = [steady(speed_rpm=speed) for speed in speeds_rpm]
         try:
             systems = _systems(machine, profiles)
@@ -155,12 +156,10 @@ def harmonic_balances(
             continue
         wiring = {id(system): _wiring(system) for system in systems}
         for index, (profile, system) in enumerate(zip(profiles, systems, strict=True)):
-            lane = _Lane((number, index), system, profile.speeds_rad_s[0], beside[index] if beside else None)
+            lane = _Lane((number, index), system, profile.speeds_rad_s[0], beside[index] if beside else None, stable)
             groups.setdefault(wiring[id(system)], []).append(lane)
     for group in groups.values():
-        for lane, motion in zip(
-            group, _side_by_side(group, (harmonics * revolutions, revolutions, only_stable)), strict=True
-        ):
+        for lane, motion in zip(group, _side_by_side(group, harmonics * revolutions, revolutions), strict=True):
             if isinstance(motion, PeriodicMotion):
                 found[lane.place] = motion
             else:
@@ -173,21 +172,22 @@ def harmonic_balances(
 
 @dataclass(frozen=True, eq=False)
 class _Lane:
-    """One machine at one speed; ``place`` is the number of the case, then of the speed; ``near`` a motion close by."""
+    """One machine at one speed; ``place`` is the number of the case, then of the speed; ``near`` a motion close by.
+
+    ``only_stable`` says that a motion that does not last is none.
+    """
 
     place: tuple[int, int]
     system: System
     speed_rad_s: float
     near: PeriodicMotion | None
+    only_stable: bool
 
 
-def _side_by_side(lanes: list[_Lane], wanted: tuple[int, int, bool]) -> list[PeriodicMotion | RotorwiseError]:
-    """Return the motions of lanes; where some force does not repeat, one machine after the other.
-
-    ``wanted`` are the harmonics and revolutions of a period, and whether stable ones only.
-    """
+def _side_by_side(lanes: list[_Lane], count: int, revolutions: int) -> list[PeriodicMotion | RotorwiseError]:
+    """Return the motions of lanes; where some force does not repeat, one machine after the other."""
     try:
-        return _motions(lanes, *wanted)
+        return _motions(lanes, count, revolutions)
     except RotorwiseError as problem:
         cases: dict[int, list[_Lane]] = {}
         for lane in lanes:
@@ -195,7 +195,7 @@ def _side_by_side(lanes: list[_Lane], wanted: tuple[int, int, bool]) -> list[Per
         if len(cases) == 1:
             # Its traceback would keep all that was computed until then.
             return [problem.with_traceback(None)] * len(lanes)
-        return [one for own in cases.values() for one in _side_by_side(own, wanted)]
+        return [one for own in cases.values() for one in _side_by_side(own, count, revolutions)]
 
 
 def _systems(machine: Machine, profiles: Sequence[SpeedProfile]) -> list[System]:
@@ -244,9 +244,7 @@ def _wiring(system: System) -> object:
     return forces, ends, system.motion_rows.tobytes(), system.force_directions.tobytes()
 
 
-def _motions(
-    lanes: list[_Lane], count: int, revolutions: int, only_stable: bool
-) -> list[PeriodicMotion | RotorwiseError]:
+def _motions(lanes: list[_Lane], count: int, revolutions: int) -> list[PeriodicMotion | RotorwiseError]:
     """Return the motions of lanes with the same forces, up to ``count`` harmonics of the period."""
     systems, speeds_rad_s = [lane.system for lane in lanes], [lane.speed_rad_s for lane in lanes]
     first, orders = systems[0], np.arange(count + 1) / revolutions
@@ -264,9 +262,10 @@ def _motions(
             residuals = np.where(np.isfinite(pushed).all(axis=(1, 2)), 0.0, np.nan)
         else:
             pushed, residuals = balanced_newton(forces, responding, _starts(lanes, responding))
-            if only_stable:
-                found = np.where(residuals[:, None, None] < WORST, pushed, 0.0)
-                growth = largest_multipliers(forces, responding.motions(found), speeds_rad_s, revolutions)
+            looked_at = np.array([lane.only_stable for lane in lanes])
+            if looked_at.any():
+                found = responding.motions(np.where(residuals[:, None, None] < WORST, pushed, 0.0))
+                growth = np.where(looked_at, largest_multipliers(forces, found, speeds_rad_s, revolutions), 0.0)
     else:
         pushed, residuals = np.zeros((len(systems), count + 1, 0), dtype=complex), np.zeros(len(systems))
     motions = _one_sided(responding.motions(pushed).swapaxes(1, 2))
