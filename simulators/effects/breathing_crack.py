@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ..effect import Effect, Line
-from ..parameter import Uniform, parameter
+from ..parameter import Normal, Uniform, parameter
 from ..rotor_dynamics.crack_flexibility import DEEPEST
 
 if TYPE_CHECKING:
@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class BreathingCrack(Effect):
-    """A hinge in the shaft, open by (1 + cos theta) / 2, theta the angle from the crack to the side in tension.
+    """A hinge in the shaft, open by (1 + w(theta)) / 2, theta the angle from the crack to the side in tension.
+
+    w is the cosine for a crack whose faces part little by little (Mayes and Davies), and tanh(k cos theta) / tanh k for
+    one that opens more at once (Gasch); the abruptness k adds 4X and higher lines.
 
     The static load's bending moment in the section says which side is in tension: the lower one under the weight
     between two bearings. The hinge's flexibility, along the crack's normal and across it, follows from fracture
@@ -76,11 +79,23 @@ class BreathingCrack(Effect):
         meaning="place of the crack: 0 at the first bearing, 1 at the second",
         source="estimate: at a shoulder or keyway near the largest bending moment",
     )
+    abruptness: float = parameter(
+        unit="",
+        bounds=(-4.0, 10.0),
+        prior=Normal(0.0, 2.0),
+        meaning="how abruptly it opens: 0 as the cosine of the angle, 5 nearly at once, below 0 it dwells half open",
+        source="estimate: Gasch 1993 switches shallow cracks at once, Mayes and Davies 1984 deep ones as the cosine",
+    )
 
     def contribute(self, assembly: Assembly) -> None:
         """Crack the chosen shaft."""
         shaft = assembly.component(self.ROLE, self.at)
-        shaft.add_crack(depth_ratio=self.depth_ratio, angle_rad=self.angle_rad, position=self.position)
+        shaft.add_crack(
+            depth_ratio=self.depth_ratio,
+            angle_rad=self.angle_rad,
+            position=self.position,
+            abruptness=self.abruptness,
+        )
 
     def signature(self, machine: Machine) -> tuple[Line, ...]:
         """Return 2X, 1X, 3X of the shaft where a static load bends it there; else 1X."""

@@ -26,9 +26,10 @@ class ShaftBow(Effect):
     so that a bow opposite to the unbalance cancels it at w_n sqrt(r / e), where the phase turns by 180 degrees although
     no resonance is passed.
 
-    The bend is the shape that a load at ``position`` would give. Left out: growth of a thermal bow with time (rub,
-    uneven cooling), and the unbalance of a bent shaft's own mass, which only shows near and above the critical speed.
-    A machine whose shaft is two springs has one bend only, in the middle.
+    The bend is the shape that a load at ``position`` would give (a knock, a rub's hot spot), or an even curvature
+    between the bearings (a shaft that lay hot, or was heated on one side), or between the two. Left out: growth of a
+    thermal bow with time, an S, bends beyond the bearings, and the unbalance of a bent shaft's own mass, which only
+    shows near and above the critical speed. A machine whose shaft is two springs has one bend only, in the middle.
     """
 
     NAME = "shaft_bow"
@@ -70,11 +71,18 @@ class ShaftBow(Effect):
         meaning="place of the bend: 0 at the first bearing, 1 at the second",
         source="estimate: a shaft bends where its bending moment or its heating is largest, away from the bearings",
     )
+    evenness: float = parameter(
+        unit="",
+        bounds=(-1.0, 1.0),
+        prior=Uniform(-1.0, 1.0),
+        meaning="shape of the bend: 0 as by a load at the place, 1 evenly curved between the bearings, -1 as a kink",
+        source="estimate: a knock bends sharply, a hot spot as a load does, its own weight or uneven heat evenly",
+    )
 
     def contribute(self, assembly: Assembly) -> None:
         """Bend the chosen shaft."""
         shaft = assembly.component(self.ROLE, self.at)
-        shaft.add_bow(bow_m=self.bow_m, angle_rad=self.angle_rad, position=self.position)
+        shaft.add_bow(bow_m=self.bow_m, angle_rad=self.angle_rad, position=self.position, evenness=self.evenness)
 
     def signature(self, machine: Machine) -> tuple[Line, ...]:
         """Return 1X of the shaft: the force does not grow with speed or load."""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..assembly import combination
 from ..errors import InvalidValueError
 from ..law import Direction
 from .shaft_elements import node_count, node_positions_m, plane_matrices
@@ -57,6 +58,24 @@ class BendingShaft(FlawedShaft):
         stiffness = self._plane_stiffness()[np.ix_(free, free)]
         yields = float(row[free] @ np.linalg.solve(stiffness, row[free]))
         return Deflection(1 / yields, *self._planes(row))
+
+    def bend(self, position: float, evenness: float) -> tuple[Direction, Direction]:
+        """Return the forces in x and in y that bend the shaft by 1 m, partly evenly; see `FlawedShaft.bend`."""
+        load, even = super().bend(position, evenness), self._planes(self._even_curvature())
+        x, y = (combination((1 - evenness, one), (evenness, other)) for one, other in zip(load, even, strict=True))
+        return x, y
+
+    def _even_curvature(self) -> np.ndarray:
+        """Return forces and moments of all nodes for one curvature between the bearings, 1 m deep in the middle."""
+        first, last = self._bearings
+        curvature = -8 / (self._nodes[last] - self._nodes[first]) ** 2
+        row = np.zeros(2 * self._nodes.size)
+        for number in range(first, last):
+            # Each element's ends feel the moments that would hold it in this shape: the virtual work of E I u''.
+            moment = self.material.youngs_modulus_pa * self._elements[number].second_moment_m4 * curvature
+            row[2 * number + 1] -= moment
+            row[2 * number + 3] += moment
+        return row
 
     def bending_moment(self, position: float) -> BendingMoment:
         """Return the bending moment at ``position``: linear within its element, V z - M_left."""

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..assembly import Place
+from ..assembly import Place, combination
 from ..errors import InvalidValueError
 from ..law import Direction, InterfaceForce, Law, Timeline
 
@@ -77,6 +77,26 @@ def rotating_mass(name: str, place: Place, *, moment_kg_m: float, angle_rad: flo
     """
     outputs = (place.directions["x"], place.directions["y"])
     parts = (moment_kg_m * math.cos(angle_rad), moment_kg_m * math.sin(angle_rad))
+    return InterfaceForce(name, ROTATING_MASS, (place.shaft_ratio, *parts), outputs)
+
+
+def rotating_couple(name: str, place: Place, *, couple_kg_m2: float, angle_rad: float) -> InterfaceForce | None:
+    """Return the moment that an unbalance beside the middle of a part has about it; None where the part cannot tilt.
+
+    Parameters
+    ----------
+    name : str
+    place : Place
+        With "angle_x" and "angle_y" directions, if it can tilt; the slope of its axis is angle_y in x, -angle_x in y.
+    couple_kg_m2 : float
+        Unbalance m e times its distance from the middle, along the shaft.
+    angle_rad : float
+        Of the unbalance, from x at shaft angle 0, positive in the sense of rotation.
+    """
+    if not {"angle_x", "angle_y"} <= set(place.directions):
+        return None
+    outputs = (place.directions["angle_y"], combination((-1.0, place.directions["angle_x"])))
+    parts = (couple_kg_m2 * math.cos(angle_rad), couple_kg_m2 * math.sin(angle_rad))
     return InterfaceForce(name, ROTATING_MASS, (place.shaft_ratio, *parts), outputs)
 
 

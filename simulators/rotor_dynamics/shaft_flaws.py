@@ -10,7 +10,8 @@ Two quantities in each plane describe a shaft to these flaws, both linear in its
 
 With them, in the frame that turns with the shaft:
 
-* bow r: force k r p. The same as giving the unloaded shaft the shape that this load would bend it to.
+* bow r: force k r p. The same as giving the unloaded shaft the shape that this load would bend it to. A shaft that is
+  evenly curved between its bearings by C feels the moments -E I C and E I C there; any bend is a sum of such forces.
 * unequal stiffness: k (1 - delta) along one axis, k (1 + delta) along the other, for the shape that a load at the point
   bends; shapes that are orthogonal to it keep their stiffness. Delta K = -/+ delta k p p^T.
 * crack with hinge flexibility c: Delta K = -s m m^T with s = c / (1 + c kappa), which is exact for a kink.
@@ -64,6 +65,7 @@ class _Crack:
     front: float
     across: float
     angle_rad: float
+    abruptness: float
 
 
 class FlawedShaft:
@@ -80,7 +82,7 @@ class FlawedShaft:
     def __init__(self, name: str, *, shaft_ratio: float, material: Material) -> None:
         self.name, self.shaft_ratio, self.material = name, shaft_ratio, material
         self.roles = frozenset({"shaft"})
-        self._bows: list[tuple[Deflection, float, float]] = []
+        self._bows: list[tuple[tuple[Direction, Direction], float, float]] = []
         self._unequal: list[tuple[Deflection, float, float]] = []
         self._cracks: list[_Crack] = []
 
@@ -92,19 +94,28 @@ class FlawedShaft:
         """Return the bending moment at ``position``, 0 at the first and 1 at the second bearing."""
         raise NotImplementedError
 
-    def add_bow(self, *, bow_m: float, angle_rad: float, position: float) -> None:
-        """Bend the unloaded shaft by ``bow_m`` at ``position``, towards ``angle_rad`` at shaft angle 0."""
-        self._bows.append((self.deflection(position), bow_m, angle_rad))
+    def bend(self, position: float, evenness: float) -> tuple[Direction, Direction]:
+        """Return the forces in x and in y (N/m) that bend the shaft by 1 m as a load at ``position`` does.
+
+        The share ``evenness`` of that is even curvature between the bearings instead, 1 m in the middle: of shafts
+        that can bend in more than one shape.
+        """
+        place = self.deflection(position)
+        return combination((place.stiffness_n_m, place.x)), combination((place.stiffness_n_m, place.y))
+
+    def add_bow(self, *, bow_m: float, angle_rad: float, position: float, evenness: float) -> None:
+        """Bend the unloaded shaft by ``bow_m`` towards ``angle_rad`` at shaft angle 0, in the shape of `bend`."""
+        self._bows.append((self.bend(position, evenness), bow_m, angle_rad))
 
     def add_unequal_stiffness(self, *, asymmetry: float, angle_rad: float, position: float) -> None:
         """Make the shaft softer by ``asymmetry`` along ``angle_rad`` and stiffer across it."""
         self._unequal.append((self.deflection(position), asymmetry, angle_rad))
 
-    def add_crack(self, *, depth_ratio: float, angle_rad: float, position: float) -> None:
+    def add_crack(self, *, depth_ratio: float, angle_rad: float, position: float, abruptness: float) -> None:
         """Cut the shaft at ``position`` from the side ``angle_rad``, by ``depth_ratio`` of its diameter."""
         moment = self.bending_moment(position)
         front, across = crack_flexibility(depth_ratio=depth_ratio, diameter_m=moment.diameter_m, material=self.material)
-        self._cracks.append(_Crack(moment, front, across, angle_rad))
+        self._cracks.append(_Crack(moment, front, across, angle_rad, abruptness))
 
     def tension_side_rad(self, assembly: Assembly, moment: BendingMoment) -> float | None:
         """Return the side of the section that the static load pulls open, from x; None without a static load.
@@ -126,12 +137,12 @@ class FlawedShaft:
         """Add the flaws; the sound shaft is in the machine already."""
         # Before the cracks change anything: each closes under the load that the sound shaft carries.
         sides = [self.tension_side_rad(assembly, crack.moment) for crack in self._cracks]
-        for number, (place, bow, angle) in enumerate(self._bows, start=1):
-            along, across = (place.stiffness_n_m * bow * part for part in (math.cos(angle), math.sin(angle)))
+        for number, (forces, bow, angle) in enumerate(self._bows, start=1):
+            along, across = (bow * part for part in (math.cos(angle), math.sin(angle)))
             assembly.forces.append(
                 harmonic_force(
                     f"bow {number} of {self.name}",
-                    (place.x, place.y),
+                    forces,
                     order=self.shaft_ratio,
                     cos=(along, across),
                     sin=(-across, along),
@@ -158,8 +169,9 @@ class FlawedShaft:
             )
             mean, terms = even, {"uneven": uneven}
         else:
-            # Open share (1 + cos theta) / 2: half of everything is its mean.
+            # Open share (1 + w) / 2: half of everything is its mean.
             mean, terms = even / 2, {"even": even / 2, "uneven": uneven / 2, "breathing": uneven / 2}
+            terms["abruptness"] = crack.abruptness
         for along in (crack.moment.x, crack.moment.y):
             assembly.add_spring(along, stiffness=-mean)
         pair = (crack.moment.x, crack.moment.y)

@@ -35,7 +35,7 @@ MOST_STEPS = 30
 #: Relative change of the motions at which Newton's method ends, and above which it has found nothing.
 TOLERANCE, WORST = 1e-10, 1e-6
 #: Shares in which forces are let in, what the last but one leaves out, and steps of Newton's method at each.
-SHARES, LEFT_OUT, FEW_STEPS = 24, 1e-3, 20
+SHARES, LEFT_OUT, FEW_STEPS = 24, 1e-3, 12
 #: Shares without a balance, one after the other, after which a lane is given up.
 MOST_PASSED = 4
 

@@ -251,9 +251,9 @@ def test_a_recorder_has_one_clock_and_only_recorded_probes_have_flaws(name: str)
 
 
 def test_weakened_keeps_everything_but_the_strength() -> None:
-    effect = Unbalance(moment_kg_m=2e-4, angle_rad=1.0)
+    effect = Unbalance(moment_kg_m=2e-4, angle_rad=1.0, axial_offset_m=0.01)
     weak = weakened(effect, 0.1)
-    assert weak.values() == {"moment_kg_m": pytest.approx(2e-5), "angle_rad": 1.0}
+    assert weak.values() == {"moment_kg_m": pytest.approx(2e-5), "angle_rad": 1.0, "axial_offset_m": 0.01}
     assert weakened(effect, 0.0) == effect.at_zero()
 
 

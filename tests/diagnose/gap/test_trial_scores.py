@@ -167,8 +167,8 @@ def test_an_engine_that_guesses() -> None:
     # Wrong in two singles, one pair and both unknowns (where unbalance was left out of one); of eight.
     assert found.named_wrong == pytest.approx(5 / 8)
     assert found.calibration_error == pytest.approx(0.6 - 0.2)
-    # The angle's interval holds the truth, the moment's does not: two singles and a pair.
-    assert found.coverage90 == 0.5
+    # The intervals of angle and offset hold the truth, the moment's does not: two singles and a pair.
+    assert found.coverage90 == pytest.approx(2 / 3)
     assert found.gain_db == -3.0
     assert found.by_effect["unbalance"]["top1"] == 1.0
     assert found.by_effect["rub"]["named_wrong"] == 1.0

@@ -146,7 +146,7 @@ def _fit(coordinates: tuple[Coordinate, ...], variances: list[float]) -> Fit:
 
 
 def test_data_that_leave_the_prior_as_it_was_tell_nothing() -> None:
-    moment, angle = coordinates_of(effect_catalogue()["unbalance"].parameters())
+    moment, angle, _ = coordinates_of(effect_catalogue()["unbalance"].parameters())
     circle = math.pi**2 / 3
     assert [_fit((moment, angle), [v, circle * v]).tells(i) for v in (0.5, 0.9) for i in (0, 1)] == [
         True,

@@ -8,12 +8,14 @@ from rotorwise.simulators.effects.breathing_crack import BreathingCrack
 from rotorwise.simulators.effects.gravity import Gravity
 from rotorwise.simulators.effects.unbalance import Unbalance
 from rotorwise.simulators.errors import InvalidValueError
+from rotorwise.simulators.law import Timeline
 from rotorwise.simulators.machine import find_machine
 from rotorwise.simulators.rotor_dynamics.bending_shaft import BendingShaft
 from rotorwise.simulators.rotor_dynamics.crack_flexibility import crack_flexibility
 from rotorwise.simulators.rotor_dynamics.shaft_elements import assemble_rotor
 from rotorwise.simulators.rotor_dynamics.shaft_parts import ShaftElement
-from rotorwise.simulators.solvers.harmonic_balance import harmonic_balance
+from rotorwise.simulators.rotor_dynamics.turning_stiffness import turning_stiffness
+from rotorwise.simulators.solvers.harmonic_balance import harmonic_balance, harmonic_balances
 
 from .jeffcott import CRITICAL_RPM, MASS, STEEL, STIFFNESS, jeffcott
 
@@ -103,6 +105,59 @@ def test_slow_rotation_is_a_row_of_static_sags(figure):
     assert harmonic_balance(machine, speed_rpm=1e-3 * CRITICAL_RPM, harmonics=16).waveform(
         np.array([math.pi / 2 - angle])
     )[1, 0] == pytest.approx(-sound, rel=1e-5)
+
+
+def test_an_abrupt_crack_switches_between_sound_and_open():
+    """Gasch's hinge at slow roll: the sag of the sound shaft, and of the shaft with an open hinge."""
+    depth = 0.4
+    machine = jeffcott(gravity_m_s2=GRAVITY).with_effects(
+        BreathingCrack(depth_ratio=depth, angle_rad=0.0, position=0.5, abruptness=10.0)
+    )
+    moment = machine.bare_assembly().components["shaft"].bending_moment(0.5)
+    front, _ = crack_flexibility(depth_ratio=depth, diameter_m=0.02, material=STEEL)
+    soft = front / (1 + front * moment.kink_stiffness_n_m_rad) * moment.x["x"] ** 2
+    # Within 40 degrees of up and of down: tanh(10 cos 40) is 1 to 4e-7.
+    turned = np.radians([-40.0, -10.0, 0.0, 25.0])
+    slow = harmonic_balance(machine, speed_rpm=1e-3 * CRITICAL_RPM, harmonics=80)
+    closed, opened = (slow.waveform(turned + where)[1] for where in (math.pi / 2, -math.pi / 2))
+    sound = -MASS * GRAVITY / STIFFNESS
+    assert closed == pytest.approx(sound, rel=1e-3)
+    assert opened[2] == pytest.approx(-MASS * GRAVITY / (STIFFNESS - soft), rel=1e-3)
+
+
+def test_abruptness_is_the_cosine_at_first_and_adds_higher_lines():
+    machine = jeffcott(gravity_m_s2=GRAVITY, damping_ratio=0.02)
+    values = [
+        at(machine.with_effects(BreathingCrack(depth_ratio=0.3, abruptness=k)), 0.1, harmonics=24).amplitudes[1]
+        for k in (0.0, 1e-4, 3.0, -1e-4, -3.0)
+    ]
+    assert values[1] == pytest.approx(values[0], abs=1e-8 * np.abs(values[0]).max())
+    assert abs(values[0][5]) < 1e-3 * abs(values[0][3])
+    assert values[3] == pytest.approx(values[0], abs=1e-8 * np.abs(values[0]).max())
+    assert all(abs(values[i][5]) > 1e-2 * abs(values[i][3]) for i in (2, 4))
+
+
+def test_cracks_of_any_abruptness_side_by_side():
+    machines = [
+        jeffcott(gravity_m_s2=GRAVITY).with_effects(BreathingCrack(depth_ratio=0.3, abruptness=k))
+        for k in (0.0, 2.0, -1.0)
+    ]
+    for machine, (found,) in zip(machines, harmonic_balances([(m, [300.0]) for m in machines]), strict=True):
+        alone = harmonic_balance(machine, speed_rpm=300.0).amplitudes
+        assert found.amplitudes == pytest.approx(alone, abs=1e-12 * np.abs(alone).max())
+
+
+@pytest.mark.parametrize("abruptness", [0.5, 4.0])
+def test_below_zero_it_opens_by_the_inverse_function(abruptness):
+    angles = np.linspace(0.1, 3.0, 7)[:, None]
+
+    def opening(k, theta):
+        one = turning_stiffness("t", ({}, {}), shaft_ratio=1.0, angle_rad=0.0, even=1.0, abruptness=k)
+        timeline = Timeline(np.zeros_like(theta), theta, np.ones_like(theta), np.zeros_like(theta))
+        return one.law.signals(timeline, np.array(one.parameters)[:, None])[2]
+
+    there = opening(-abruptness, angles)
+    assert opening(abruptness, np.arccos(there)) == pytest.approx(np.cos(angles), rel=1e-9)
 
 
 @pytest.mark.parametrize(("order", "fraction"), [(2, 1 / 2), (3, 1 / 3)])

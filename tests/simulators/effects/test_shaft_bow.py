@@ -91,6 +91,46 @@ def test_the_free_shaft_takes_the_bent_shape_without_loading_its_bearings():
         assert force @ shape == pytest.approx(1.0, rel=1e-8)
 
 
+def even_shape(made, elements, rows):
+    """Return displacement and slope of a shaft evenly curved between its bearings, 1 m deep in the middle."""
+    z = made._nodes - made._nodes[made._bearings[0]]
+    inside = np.clip(z, 0.0, SPAN)
+    slope = 4 / SPAN - 8 * inside / SPAN**2
+    deflection = 4 * inside / SPAN - 4 * inside**2 / SPAN**2 + slope * (z - inside)
+    values = {}
+    for n in range(len(elements) + 1):
+        values |= {f"s_{n}.{rows[0]}": deflection[n], f"s_{n}.{rows[1]}": rows[2] * slope[n]}
+    return values
+
+
+@pytest.mark.parametrize(("axis", "rows"), [(0, ("x", "angle_y", 1.0)), (1, ("y", "angle_x", -1.0))])
+def test_the_force_of_an_even_bow_is_that_of_the_arc(axis, rows):
+    made, elements = shaft()
+    names = [f"s_{n}.{c}" for n in range(len(elements) + 1) for c in ("x", "y", "angle_x", "angle_y")]
+    arc = even_shape(made, elements, rows)
+    expected = assemble_rotor(elements, material=STEEL).stiffness @ np.array([arc.get(name, 0.0) for name in names])
+    found = np.array([made.bend(0.3, 1.0)[axis].get(name, 0.0) for name in names])
+    assert found == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
+
+
+def test_between_load_and_arc_the_forces_mix():
+    made, _ = shaft()
+    load, arc, mixed = (made.bend(0.3, share)[0] for share in (0.0, 1.0, 0.4))
+    for name in mixed:
+        assert mixed[name] == pytest.approx(0.6 * load.get(name, 0.0) + 0.4 * arc.get(name, 0.0), rel=1e-12, abs=1e-9)
+    place = made.deflection(0.3)
+    for name in load:
+        assert load[name] == pytest.approx(place.stiffness_n_m * place.x.get(name, 0.0), rel=1e-12)
+
+
+def test_a_sprung_shaft_has_one_shape():
+    one, other = (
+        forward(jeffcott().with_effects(ShaftBow(bow_m=5e-5, evenness=share)), 0.5 * CRITICAL_RPM)
+        for share in (0.0, 1.0)
+    )
+    assert one == other
+
+
 def test_the_test_rig_feels_the_same_force_at_every_speed():
     machine = find_machine("test_rig").with_parameters(residual_unbalance_kg_m=0.0)
     for line in ShaftBow().signature(machine):

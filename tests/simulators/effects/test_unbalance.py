@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from rotorwise.simulators.assembly import MissingPartError
+from rotorwise.simulators.assembly import MissingPartError, Place, Probe
 from rotorwise.simulators.effects.unbalance import Unbalance
 from rotorwise.simulators.law import Timeline
-from rotorwise.simulators.machine import find_machine
+from rotorwise.simulators.machine import Machine, MachineDefinition, Preset, find_machine
 from rotorwise.simulators.solvers.harmonic_balance import harmonic_balance
 
 from .jeffcott import CRITICAL, CRITICAL_RPM, MASS, STIFFNESS, footed, jeffcott, orbit
@@ -143,3 +143,41 @@ def test_weights_at_one_place_add_as_vectors():
 def test_a_place_that_does_not_turn_is_refused():
     with pytest.raises(MissingPartError, match="no rotor"):
         find_machine("test_rig").with_effects(Unbalance(at="housing_a")).system(speed_rpm=900)
+
+
+def _build_stiff_rotor(assembly, values, switches):
+    """Put a rigid rotor of no polar inertia on four springs, two at each end."""
+    directions = {name: {name: 1.0} for name in ("x", "y", "angle_x", "angle_y")}
+    for name in directions:
+        assembly.add_coordinate(name, mass=TILT if "angle" in name else MASS)
+        stiffness = STIFFNESS * ARM**2 if "angle" in name else STIFFNESS
+        assembly.add_spring({name: 1.0}, stiffness=stiffness)
+        assembly.probes.append(Probe(name, "displacement", "m", "disc", name, {name: 1.0}))
+    assembly.add_place(Place("disc", frozenset({"rotor", "disc"}), directions))
+
+
+#: Inertia about a diameter (kg.m2), distance of the supports (m).
+TILT, ARM = 0.01, 0.2
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.02, -0.05])
+def test_a_weight_beside_the_middle_tilts_a_rigid_rotor(offset):
+    """Forward slope a m e w^2 / (k L^2 - I w^2), beside z = m e w^2 / (k - M w^2)."""
+    presets = {"plausible": Preset("")}
+    machine = Machine(MachineDefinition("stiff", "test machine", (), presets, _build_stiff_rotor, 2e-4, 0.0))
+    weight, speed = Unbalance(moment_kg_m=1e-3, angle_rad=0.7, axial_offset_m=offset), 100.0
+    motion = harmonic_balance(machine.with_effects(weight), speed_rpm=speed * 30 / np.pi, harmonics=2)
+    force = 1e-3 * speed**2 * np.exp(0.7j)
+    assert orbit(motion, 1.0)[0] == pytest.approx(force / (STIFFNESS - MASS * speed**2), rel=1e-9)
+    slopes = motion.amplitude("angle_y", 1.0), -motion.amplitude("angle_x", 1.0)
+    forward = (slopes[0] + 1j * slopes[1]) / 2
+    expected = offset * force / (STIFFNESS * ARM**2 - TILT * speed**2)
+    assert forward == pytest.approx(expected, rel=1e-9, abs=1e-18)
+
+
+def test_a_part_that_cannot_tilt_feels_no_couple():
+    one, other = (Unbalance(moment_kg_m=1e-4, axial_offset_m=a) for a in (0.0, 0.03))
+    assert (
+        jeffcott().with_effects(one).assembly(speed_rpm=600).forces[1:]
+        == (jeffcott().with_effects(other).assembly(speed_rpm=600).forces[1:])
+    )
