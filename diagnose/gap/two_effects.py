@@ -37,6 +37,9 @@ LITTLE, CLEARLY = 0.5, 200.0
 EXPLAINED = 0.3
 #: By so many of its standard deviations what noise leaves of a squared residual may lie below its mean.
 LEAST_NOISE = 2.0
+#: Beside a single effect that leaves only noise, no pair is built on one with so much less evidence: at best it would
+#: explain as much, with more values.
+OVERTAKEN = 100.0
 #: Starts of each pair, and of one that is simulated in time.
 STARTS, STARTS_IN_TIME = 2, 1
 
@@ -53,6 +56,8 @@ def two_effects(
     found = []
     for rank, leader in enumerate(leaders):
         if leader.log_evidence + _left_to_gain(leader) < best + PAIR_MARGIN:
+            continue
+        if explained and leader.log_evidence < best - OVERTAKEN:
             continue
         ranked = _partners(leader, screening, problem, tell, explained=explained)
         others = [options for options in ranked if options[0].candidate.name not in leader.names]
