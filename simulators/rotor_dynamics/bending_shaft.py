@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 
 import numpy as np
@@ -12,6 +13,18 @@ from ..law import Direction
 from .shaft_elements import node_count, node_positions_m, plane_matrices
 from .shaft_flaws import BendingMoment, Deflection, FlawedShaft
 from .shaft_parts import Material, ShaftElement
+
+
+@functools.lru_cache(maxsize=16)
+def _plane_stiffness(elements: tuple[ShaftElement, ...], material: Material) -> np.ndarray:
+    """Return the stiffness in one plane; not to be written to. Machines are built thousands of times in a search."""
+    size = 2 * len(elements) + 2
+    matrix = np.zeros((size, size))
+    for number, element in enumerate(elements):
+        rows = slice(2 * number, 2 * number + 4)
+        matrix[rows, rows] += plane_matrices(element, material)[2]
+    matrix.setflags(write=False)
+    return matrix
 
 
 class BendingShaft(FlawedShaft):
@@ -55,7 +68,7 @@ class BendingShaft(FlawedShaft):
         for node, share in zip(self._bearings, (1 - position, position), strict=True):
             row[2 * node] -= share
         free = np.setdiff1d(np.arange(row.size), [2 * node for node in self._bearings])
-        stiffness = self._plane_stiffness()[np.ix_(free, free)]
+        stiffness = _plane_stiffness(self._elements, self.material)[np.ix_(free, free)]
         yields = float(row[free] @ np.linalg.solve(stiffness, row[free]))
         return Deflection(1 / yields, *self._planes(row))
 
@@ -109,14 +122,6 @@ class BendingShaft(FlawedShaft):
             length * s**2 * (s - 1),
         )
         return row
-
-    def _plane_stiffness(self) -> np.ndarray:
-        size = 2 * self._nodes.size
-        matrix = np.zeros((size, size))
-        for number, element in enumerate(self._elements):
-            rows = slice(2 * number, 2 * number + 4)
-            matrix[rows, rows] += plane_matrices(element, self.material)[2]
-        return matrix
 
     def _planes(self, row: np.ndarray) -> tuple[Direction, Direction]:
         """Return a row over displacement and slope of each node as directions in x and in y (slope = -angle_x)."""
