@@ -231,11 +231,13 @@ def _rated(
         if power < 1e-9:
             continue
         along = float(white @ wanted)
-        likeliest = min(max(along / power, 1 / reach), reach)
+        # Of a strength to both sides only one is in the grid, where the response is proportional to it.
+        turned = along < 0 and atom.proportional and _turns_about(candidate, atom)
+        likeliest = min(max(abs(along) / power if turned or along > 0 else 0.0, 1 / reach), reach)
         options = []
         # Where the prior is narrow the best strength lies between the likeliest one and the prior's middle.
         for share in PRIOR_SHARES:
-            scale = likeliest**share
+            scale = -(likeliest**share) if turned else likeliest**share
             position = _scaled(candidate, atom, scale)
             if atom.turning >= 0:
                 position[atom.turning] += angle
@@ -299,10 +301,15 @@ def _different(rated: list[tuple[float, np.ndarray, np.ndarray]]) -> list[tuple[
 def _scaled(candidate: Candidate, atom: Atom, scale: float) -> np.ndarray:
     """Return the position of the scaled atom, as near as its bounds allow."""
     for share in (1.0, 0.5, 0.0):
-        found = scaled_strengths(candidate, atom.position, atom.moving, scale**share)
+        found = scaled_strengths(candidate, atom.position, atom.moving, math.copysign(abs(scale) ** share, scale))
         if found is not None:
             return found
     return atom.position.copy()
+
+
+def _turns_about(candidate: Candidate, atom: Atom) -> bool:
+    """Return whether the atom's strengths may be as large to the other side."""
+    return bool(atom.moving) and scaled_strengths(candidate, atom.position, atom.moving, -1.0) is not None
 
 
 def _at_angle(parts: np.ndarray, orders: np.ndarray, angle: float) -> np.ndarray:

@@ -128,7 +128,7 @@ def search(
     singles = _singles(screened, screening, problem, (none, unknown.log_evidence), tell)
     begun = [fit for fit in singles if fit.log_evidence > none.log_evidence - HOPELESS]
     singles = _jointly_best(begun, problem, none) if begun else []
-    pairs = two_effects(singles, screening, problem, none, tell) if singles else []
+    pairs = two_effects(singles, screening, problem, none, unknown.log_evidence, tell) if singles else []
     fits = tuple(sorted([*singles, *pairs], key=lambda fit: -fit.log_evidence))
     fits = (*(_less_exact(fit, problem) for fit in fits[:1]), *fits[1:])
     hills = {fit.candidates[0]: fit.hills for fit in begun if fit.hills is not None}

@@ -47,12 +47,23 @@ Tell = Callable[[str], None]
 
 
 def two_effects(
-    singles: Sequence[Fit], screening: Screening, problem: Problem, none: Fit, tell: Tell = lambda _: None
+    singles: Sequence[Fit],
+    screening: Screening,
+    problem: Problem,
+    none: Fit,
+    unknown: float,
+    tell: Tell = lambda _: None,
 ) -> list[Fit]:
-    """Return the fits of two effects that have clearly more evidence than the best of one."""
+    """Return the fits of two effects that have clearly more evidence than the best of one.
+
+    ``unknown`` is the evidence for something unknown; pairs that are simulated in time are not followed far below it.
+    """
     leaders = _best_of_each(singles)[: len(PARTNERS)]
     best = leaders[0].log_evidence
     explained = chance_of_residual(leaders[0]) > EXPLAINED
+    # Half a squared residual with which something unknown is as likely, were there no tolerances and no priors.
+    level = none.log_evidence + 0.5 * float(none.residual @ none.residual) - unknown
+    hopeless = min(TIMES_WORSE * leaders[0].power / 2, max(level, 0.0)) + FAR_BEHIND
     found = []
     for rank, leader in enumerate(leaders):
         if leader.log_evidence + _left_to_gain(leader) < best + PAIR_MARGIN:
@@ -67,7 +78,7 @@ def two_effects(
                 continue
             tell(f"{leader.candidates[0]} with {options[0].candidate}")
             begin = options[: STARTS_IN_TIME if in_time else STARTS]
-            fit = _fitted(leader, begin, problem, none, hopeless=TIMES_WORSE * leaders[0].power / 2 + FAR_BEHIND)
+            fit = _fitted(leader, begin, problem, none, hopeless=hopeless)
             found += [fit] if fit else []
     joint: list[Fit] = []
     for fit in _best_of_each(found)[:JOINT]:

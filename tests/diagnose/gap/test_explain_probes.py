@@ -48,6 +48,22 @@ def test_one_probe_with_another_gain_is_named_and_the_other_left_alone(campaign)
     assert gain.low < 0.25 < gain.high < 0.3
 
 
+def test_a_sensor_turned_to_the_other_side_is_named(campaign):
+    # The prior's middle is turned from x to y; as many are turned back.
+    def turned(rows, number, time_s):
+        x, y = rows["rotor_2.x"].copy(), rows["rotor_2.y"].copy()
+        rows["rotor_2.x"][:] = 0.95 * (x * np.cos(0.2) - y * np.sin(0.2))
+        rows["rotor_2.y"][:] = 0.95 * (y * np.cos(0.2) + x * np.sin(0.2))
+
+    # So many that the sensor's is not followed to the end, unless its first look sees that.
+    rivals = COMPETING | {"rotating_coupling_force", "bolt_loss", "rub"}
+    found = explain_gap(_with(campaign, turned), rigid_coupling, only=rivals)
+    assert (found.kind, [(c.effect, c.at) for c in found.causes]) == ("one cause", [("remounted_sensor", "rotor_2")])
+    values = found.causes[0].parameters
+    assert values["rotation_rad"].low < -0.2 < values["rotation_rad"].high
+    assert values["gain_change"].low < -0.05 < values["gain_change"].high
+
+
 def test_hum_is_named_although_it_meets_an_order_in_one_record(campaign):
     generator = np.random.default_rng(5)
     size = 0.05 * max(np.std(row) for row in campaign.recordings[1].signals[:-1])
