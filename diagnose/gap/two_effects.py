@@ -38,7 +38,8 @@ EXPLAINED = 0.3
 #: By so many of its standard deviations what noise leaves of a squared residual may lie below its mean.
 LEAST_NOISE = 2.0
 #: Beside a single effect that leaves only noise, no pair is built on one with so much less evidence: at best it would
-#: explain as much, with more values.
+#: explain as much, with more values. Nor are pairs with a contact fitted further that are so far behind something
+#: unknown.
 OVERTAKEN = 100.0
 #: Starts of each pair, and of one that is simulated in time.
 STARTS, STARTS_IN_TIME = 2, 1
@@ -82,7 +83,11 @@ def two_effects(
             found += [fit] if fit else []
     joint: list[Fit] = []
     for fit in _best_of_each(found)[:JOINT]:
-        if not joint or fit.log_evidence > joint[0].log_evidence - CLOSE:
+        contact = any(one.effect.IDEALISED for one in fit.candidates)
+        if contact and fit.log_evidence < unknown - OVERTAKEN:
+            # Minutes of simulations for the machine's unknowns, for a pair that something unknown has passed.
+            joint.append(fit)
+        elif not joint or fit.log_evidence > joint[0].log_evidence - CLOSE:
             joint.append(jointly(fit, problem, moves=MOVES))
     return [fit for fit in joint if fit.log_evidence > best + PAIR_MARGIN]
 
