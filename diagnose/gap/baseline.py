@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...simulators.machine import Machine
-from ...simulators.parameter import Normal, Parameter
+from ...simulators.parameter import LogNormal, Normal, Parameter
 from .coordinates import Coordinate, coordinates_of
 from .lines import Condition, OrderLines
 from .predict import Predictor
@@ -35,8 +35,15 @@ FREE_ANGLE = 1.8
 NEGLIGIBLE = 2e-3
 #: Steps of the slopes in standard coordinates: of periodic motions, and of motions simulated in time.
 STEP, STEP_IN_TIME = 1e-3, 0.1
-#: Units of dimensions, and the relative standard deviation of one that no prior is given for: evenly within 1 %.
-DIMENSIONS, DIMENSION_DEVIATION = ("m", "kg", "kg.m2", "kg.m"), 0.0058
+#: Relative standard deviation of what no prior is given for, by unit: dimensions evenly within 1 %; a material's
+#: constants; stiffness, a controller's gains and times, computed or from a data sheet; damping, which nobody computes.
+#: Of pure numbers, angles and loads none.
+KNOWN_WITHIN = {
+    **dict.fromkeys(("m", "kg", "kg.m2", "kg.m"), 0.0058),
+    **dict.fromkeys(("Pa", "kg/m3"), 0.01),
+    **dict.fromkeys(("N/m", "N.m/rad", "N/A", "V/m", "A/V", "s", "1/s"), 0.03),
+    **dict.fromkeys(("N.s/m", "N.m.s/rad"), 0.2),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,10 +122,11 @@ def start(
 
 
 def _uncertain(parameter: Parameter, value: float) -> Parameter:
-    """Return a dimension that is given as one that is known as well as drawings and scales are."""
-    if parameter.prior is not None or parameter.unit not in DIMENSIONS or value == 0:
+    """Return a quantity that is given as one that is known as well as such quantities are."""
+    if parameter.prior is not None or parameter.unit not in KNOWN_WITHIN or value == 0:
         return parameter
-    prior = Normal(value, DIMENSION_DEVIATION * abs(value))
+    deviation = KNOWN_WITHIN[parameter.unit]
+    prior = LogNormal(value, 1 + deviation) if value > 0 else Normal(value, deviation * abs(value))
     return replace(parameter, prior=prior)
 
 

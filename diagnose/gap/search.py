@@ -43,8 +43,8 @@ STARTS, STARTS_IN_TIME, STARTS_OF_BENT = 2, 1, 3
 NEXT_TO = 100.0
 #: Factors of the strength that are tried where each is a simulation.
 SCANNED = (0.5, 0.7, 1.4, 2.0, 3.0)
-#: Factor by which the law of an idealised effect may be less exact than usual.
-LESS_EXACT = 2.0
+#: Factor by which the law of an idealised effect may be less exact than usual, and more.
+LESS_EXACT, MORE_EXACT = 2.0, 0.5
 #: Chance below which the best hypothesis' residual is too large to be noise: what is left is then unknown.
 MISFIT = 1e-3
 
@@ -130,7 +130,7 @@ def search(
     singles = _jointly_best(begun, problem, none) if begun else []
     pairs = two_effects(singles, screening, problem, none, unknown.log_evidence, tell) if singles else []
     fits = tuple(sorted([*singles, *pairs], key=lambda fit: -fit.log_evidence))
-    fits = (*(_less_exact(fit, problem) for fit in fits[:1]), *fits[1:])
+    fits = (*(_as_exact_as_told(fit, problem) for fit in fits[:1]), *fits[1:])
     hills = {fit.candidates[0]: fit.hills for fit in begun if fit.hills is not None}
     fits = tuple(with_hills(fit, hills) for fit in fits)
     count = len({candidate.name for candidate in screening.atoms})
@@ -208,17 +208,19 @@ def _scanned(fit: Fit, problem: Problem) -> Fit:
     return found if found and found.log_evidence > fit.log_evidence else fit
 
 
-def _less_exact(fit: Fit, problem: Problem) -> Fit:
-    """Return the fit of an effect whose law is an idealisation, where it leaves more than noise, with a wider law.
+def _as_exact_as_told(fit: Fit, problem: Problem) -> Fit:
+    """Return the fit of an effect whose law is an idealisation, with a wider or narrower law where that is likelier.
 
-    How wide the data say: it has to pay for the choice, and to explain more than it costs to allow more.
+    How exact it is the data say: wider where it leaves more than noise, narrower where it explains better than its law
+    promises, as far as it repeats. The choice is paid for.
     """
     if fit.compared is None or not any(one.effect.IDEALISED for one in fit.candidates):
         return fit
-    if chance_of_residual(fit) > MISFIT:
-        return fit
     machine = (fit.problem or problem).baseline.machine
-    compared = replace(fit.compared, inexact=LESS_EXACT)
+    wider = chance_of_residual(fit) <= MISFIT
+    if not wider and not problem.predictor.repeats(fit.machine(machine)):
+        return fit
+    compared = replace(fit.compared, inexact=LESS_EXACT if wider else MORE_EXACT)
     found = refined(fit.candidates, fit.position, compared, machine, problem.predictor)
     cost = math.log(2)
     if found is None or found.log_evidence - cost < fit.log_evidence:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ..effect import Effect, Line
-from ..parameter import LogNormal, Uniform, parameter
+from ..parameter import LogNormal, Normal, Uniform, parameter
 from ..rotor_dynamics.support import mesh_lines
 
 if TYPE_CHECKING:
@@ -73,9 +73,9 @@ class Rub(Effect):
     interference_m: float = parameter(
         unit="m",
         bounds=(-1e-3, 2e-4),
-        prior=Uniform(-1e-5, 1e-5),
+        prior=Normal(0.0, 2e-5),
         meaning="how far the ring reaches into the unloaded shaft at its nearest point; negative: gap there",
-        source="estimate: a rub starts where the gap is used up",
+        source="estimate: a rub starts where the gap is used up; a wider one takes a shaft that moves as much",
     )
     clearance_m: float = parameter(
         unit="m",

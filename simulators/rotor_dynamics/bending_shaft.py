@@ -73,10 +73,21 @@ class BendingShaft(FlawedShaft):
         return Deflection(1 / yields, *self._planes(row))
 
     def bend(self, position: float, evenness: float) -> tuple[Direction, Direction]:
-        """Return the forces in x and in y that bend the shaft by 1 m, partly evenly; see `FlawedShaft.bend`."""
-        load, even = super().bend(position, evenness), self._planes(self._even_curvature())
-        x, y = (combination((1 - evenness, one), (evenness, other)) for one, other in zip(load, even, strict=True))
+        """Return the forces in x and in y that bend the shaft by 1 m; see `FlawedShaft.bend`."""
+        load, share = super().bend(position, evenness), abs(evenness)
+        other = self._kinked(position) if evenness < 0 else self._planes(self._even_curvature())
+        x, y = (combination((1 - share, one), (share, two)) for one, two in zip(load, other, strict=True))
         return x, y
+
+    def _kinked(self, position: float) -> tuple[Direction, Direction]:
+        """Return the forces of a sharp bend, 1 m deep: both parts straight, each to its bearing and beyond.
+
+        A kink that the shaft has by itself, not by a moment, acts as its angle times what the moment there reads.
+        """
+        first, last = self._bearings
+        angle = -1 / (position * (1 - position) * (self._nodes[last] - self._nodes[first]))
+        moment = self.bending_moment(position)
+        return combination((angle, moment.x)), combination((angle, moment.y))
 
     def _even_curvature(self) -> np.ndarray:
         """Return forces and moments of all nodes for one curvature between the bearings, 1 m deep in the middle."""

@@ -97,8 +97,8 @@ class FlawedShaft:
     def bend(self, position: float, evenness: float) -> tuple[Direction, Direction]:
         """Return the forces in x and in y (N/m) that bend the shaft by 1 m as a load at ``position`` does.
 
-        The share ``evenness`` of that is even curvature between the bearings instead, 1 m in the middle: of shafts
-        that can bend in more than one shape.
+        Of shafts that can bend in more than one shape, the share ``evenness`` of that is even curvature between the
+        bearings instead, 1 m in the middle; of an ``evenness`` below 0, its share is a kink at ``position``.
         """
         place = self.deflection(position)
         return combination((place.stiffness_n_m, place.x)), combination((place.stiffness_n_m, place.y))

@@ -113,6 +113,24 @@ def test_the_force_of_an_even_bow_is_that_of_the_arc(axis, rows):
     assert found == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
 
 
+@pytest.mark.parametrize("position", [0.25, 0.3, 0.5])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_kinked_shaft_is_straight_to_both_sides(axis, position):
+    made, elements = shaft()
+    names = [f"s_{n}.{c}" for n in range(len(elements) + 1) for c in ("x", "y", "angle_x", "angle_y")]
+    force = np.array([made.bend(position, -1.0)[axis].get(name, 0.0) for name in names])
+    stiffness = assemble_rotor(elements, material=STEEL).stiffness
+    shape = np.linalg.lstsq(stiffness, force, rcond=None)[0]
+    # The free shaft takes it: no bearing is loaded.
+    assert stiffness @ shape == pytest.approx(force, abs=1e-6 * np.abs(force).max())
+    deflection = np.array([shape[names.index(f"s_{n}.{'xy'[axis]}")] for n in range(len(elements) + 1)])
+    share = (made._nodes - made._nodes[made._bearings[0]]) / SPAN
+    deflection -= np.interp(share, (0.0, 1.0), deflection[list(made._bearings)], left=0.0, right=0.0)
+    inside = (share >= 0) & (share <= 1)
+    roof = np.minimum(share / position, (1 - share) / (1 - position))
+    assert deflection[inside] == pytest.approx(roof[inside], abs=1e-6)
+
+
 def test_between_load_and_arc_the_forces_mix():
     made, _ = shaft()
     load, arc, mixed = (made.bend(0.3, share)[0] for share in (0.0, 1.0, 0.4))
