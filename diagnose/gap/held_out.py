@@ -197,7 +197,7 @@ def _levelled(seen: Posterior, prepared: Prepared, fits: Mapping[Names, Fit]) ->
     said = " and ".join(_said(names) or "nothing at all" for names in level)
     text = f"The held-out conditions are predicted better by {said} than by {_said(leading)}."
     if any(shares[names] > top for names in level if names):
-        text += " What stands in front does so for that: its gain is not one on conditions that nothing was chosen by."
+        text += " For that it stands in front: the gain on these conditions is then no independent one."
     return _with(seen, shares), ((text,) if level and leading else ())
 
 

@@ -45,8 +45,8 @@ def next_measurement(kind: str, best: Fit, rivals: Sequence[Fit], prepared: Prep
         for candidate in best.candidates:
             for other in rival.names:
                 if other in candidate.effect.RIVALS:
-                    pair = f"{candidate.name} or {other}".replace("_", " ")
-                    parts.append(f"{pair}: {candidate.effect.RIVALS[other].rstrip('.')}.")
+                    pair = f"{candidate.name} and {other}".replace("_", " ")
+                    parts.append(f"What tells {pair} apart elsewhere: {candidate.effect.RIVALS[other].rstrip('.')}.")
     return " ".join(parts) or " ".join(_lacking(prepared))
 
 

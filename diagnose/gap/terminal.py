@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ..terminal import escape
-from .result import Cause, Gain, GapResult, ResidualLine
+from .result import Cause, GapResult, ResidualLine
 from .words import (
     amplitude_words,
     decibel_words,
@@ -93,19 +93,18 @@ def _facts(result: GapResult) -> Table:
     if rivals:
         words = [f"{hypothesis_words(names)} {probability_words(p)}" for names, p in rivals]
         table.add_row("[dim]compared[/]", escape(", ".join(words)))
-    table.add_row("[dim]gain[/]", escape(_gains(result.gain)))
+    table.add_row("[dim]gain[/]", escape(_gains(result)))
     left = not_compared_words(result.not_compared)
     if left:
         table.add_row("[dim]left out[/]", escape(" ".join(left)))
     return table
 
 
-def _gains(gain: Gain) -> str:
-    every = {
-        "extended machine": gain.held_out_db,
-        "calibration alone": gain.calibration_only_db,
-        **placebos(gain),
-    }
+def _gains(result: GapResult) -> str:
+    gain = result.gain
+    # Where nothing was added the first is that of calibration.
+    every = {"extended machine": gain.held_out_db} if result.causes or result.empirical else {}
+    every |= {"calibration alone": gain.calibration_only_db, **placebos(gain)}
     return ", ".join(f"{name} {decibel_words(value)}" for name, value in every.items() if math.isfinite(value)) or "-"
 
 

@@ -29,6 +29,7 @@ from .shown_lines import sigmas
 from .tuned import SAME, in_band
 from .wanted_lines import is_locked
 from .waveform import SUSPECTED, accounts_for_lines
+from .words import alternative_words
 
 if TYPE_CHECKING:
     from .prepared import Prepared
@@ -93,7 +94,14 @@ def told(
         calibrated=calibrated,
         extended=best.machine(best.problem.baseline.machine if best.problem else calibrated).with_effects(*added),
         not_compared=dict(not_compared),
-        remarks=(*filter(None, [form_words(form)]), *closest, *_pulse(prepared.pulse_rad), *remarks, *suspected),
+        remarks=(
+            *filter(None, [form_words(form)]),
+            *closest,
+            *(alternative_words(_causes(one, probabilities, calibrated)) for one in rivals if one.candidates),
+            *_pulse(prepared.pulse_rad),
+            *remarks,
+            *suspected,
+        ),
         empirical=tuple(forces),
         scores=_scores(posterior),
         flawed=prepared.flawed,
@@ -132,7 +140,8 @@ def _closest(posterior: Posterior) -> tuple[str, ...]:
         return ()
     named = " and ".join(str(candidate).replace("_", " ") for candidate in best.candidates)
     explains = "nearly all" if share > 0.99 else f"{share:.0%}"
-    return (f"Of the known effects {named} comes closest: it explains {explains} of what differs, not the rest.",)
+    does = "comes closest: it explains" if len(best.candidates) == 1 else "come closest: together they explain"
+    return (f"Of the known effects {named} {does} {explains} of what differs, not the rest.",)
 
 
 def _pulse(angle_rad: float) -> tuple[str, ...]:

@@ -20,6 +20,8 @@ ALIKE = 1.2
 _WRONG = ("lacks", "has too much", "gets the size wrong of", "gets the phase wrong of")
 #: Of an amplitude beside another one: less is what numbers leave.
 ROUNDING = 1e-9
+#: A placebo whose gain comes this close does as well: residuals are told no better.
+AS_GOOD_DB = 0.3
 #: Orders and conditions that a sentence names.
 MOST_NAMED = 4
 _NO_LINE = "No line by itself differs from the model"
@@ -174,6 +176,17 @@ def cause_words(cause: Cause) -> str:
     return f"{name}, {parameter_label(first[0], first[1].unit)} {estimate_words(first[1])}" if first else name
 
 
+def alternative_words(causes: Sequence[Cause]) -> str:
+    """Return a hypothesis that is not told apart from the one in front, with all values that the data tell."""
+    said = []
+    for one in causes:
+        place = f" at {one.at}" if one.at else ""
+        told = [(name, own) for name, own in one.parameters.items() if own.is_told]
+        values = [f"{parameter_label(name, own.unit)} {estimate_words(own)}" for name, own in told]
+        said.append(", ".join([f"{_spaced(one.effect)}{place}", *values]))
+    return f"Not told apart: it may as well be {'; and '.join(said)}."
+
+
 def open_words(result: GapResult) -> str:
     """Return what these data cannot tell apart and what to record next; empty when nothing is open."""
     sets = [joined_words([_spaced(one) for one in names], last="or") for names in result.indistinguishable]
@@ -193,7 +206,7 @@ def gain_words(gain: Gain) -> str:
     if math.isfinite(gain.calibration_only_db):
         words += f"; calibration alone gives {decibel_words(gain.calibration_only_db)}"
     rivals = {"calibration alone": gain.calibration_only_db, **placebos(gain)}
-    better = [name for name, value in rivals.items() if value >= gain.held_out_db]
+    better = [name for name, value in rivals.items() if value >= gain.held_out_db - AS_GOOD_DB]
     if better:
         words += f"; no gain is claimed, as {joined_words(better)} {'do' if len(better) > 1 else 'does'} as well"
     return words + "."

@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 
 from ...simulators.effect import effect_catalogue
-from ..gap.result import Cause, Gain, GapResult, ResidualLine
+from ..gap.result import Cause, GapResult, ResidualLine
 from ..gap.words import (
     amplitude_words,
     decibel_words,
@@ -141,13 +141,12 @@ def _score(result: GapResult, names: tuple[str, ...]) -> str:
     return f'<small class="source">evidence {evidence:+.0f}, prediction {prediction:+.0f}{told}</small>'
 
 
-def gain_block(gain: Gain) -> str:
-    """Return the gain of the extended machine beside those of calibration and placebos."""
-    every = {
-        "extended machine": gain.held_out_db,
-        "calibration alone": gain.calibration_only_db,
-        **{f"placebo: {name}": value for name, value in placebos(gain).items()},
-    }
+def gain_block(result: GapResult) -> str:
+    """Return the gain of the extended machine, if there is one, beside those of calibration and placebos."""
+    gain = result.gain
+    every = {"extended machine": gain.held_out_db} if result.causes or result.empirical else {}
+    every |= {"calibration alone": gain.calibration_only_db}
+    every |= {f"placebo: {name}": value for name, value in placebos(gain).items()}
     known = {name: value for name, value in every.items() if math.isfinite(value)}
     top = max((abs(value) for value in known.values()), default=0.0) or 1.0
     rows = "".join(

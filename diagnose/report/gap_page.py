@@ -69,7 +69,7 @@ def render_gap(result: GapResult, *, title: str = "", notes: Sequence[str] = ())
         f'<h1 class="verdict">{printed(first)}</h1><p class="lead">{printed(rest)}</p>'
         f"{warnings_block((*notes, *result.remarks))}"
         f'<div class="answer"><section><h2>Cause</h2>{causes_block(result)}</section>'
-        f"<section><h2>Candidates</h2>{candidates_block(result)}<h2>Gain</h2>{gain_block(result.gain)}</section></div>"
+        f"<section><h2>Candidates</h2>{candidates_block(result)}<h2>Gain</h2>{gain_block(result)}</section></div>"
         f"<section><h2>Measured and simulated</h2>{gap_figures(result)}</section>"
         f"<section><h2>Largest residuals</h2>{residual_table(result)}</section>"
         f"<section><h2>What was not compared, and why</h2>{left_out_block(result)}</section>"

@@ -121,7 +121,7 @@ def test_an_effect_whose_lines_lie_clearly_nearer_draws_level(monkeypatch):
     kind, names, together = judged(found.probabilities)
     assert (kind, names, together) == ("one cause", RIGHT, [RIGHT, LEFT])
     assert found.probabilities[RIGHT] == pytest.approx(found.probabilities[LEFT], rel=1e-4)
-    assert remarks[0].endswith("not one on conditions that nothing was chosen by.")
+    assert remarks[0].endswith("the gain on these conditions is then no independent one.")
     found, remarks = _after(monkeypatch, shares, densities, gains={LEFT: 30.0, RIGHT: 32.0})
     assert found.probabilities == pytest.approx(shares)
     assert not remarks

@@ -23,6 +23,7 @@ from rotorwise.diagnose.gap.result import KINDS, Estimate, Gain, LackingTerm, Mo
 from rotorwise.diagnose.gap.terminal import show
 from rotorwise.diagnose.gap.words import (
     NOTABLE_SIGMA,
+    alternative_words,
     cause_words,
     estimate_words,
     gain_words,
@@ -332,3 +333,17 @@ def test_a_model_that_is_not_this_machine_is_said_to_be() -> None:
     assert "misses 30.0% of their lines, and 2.0% with" in text
     assert "cross-coupled stiffness at bearing_1 growing as speed^2, -2e+04 N/m (-3e+04 to -1e+04) at 4000 rpm" in text
     assert "hardly is this machine" not in text
+
+
+def test_what_is_not_told_apart_is_given_with_its_values():
+    cause = made("one cause").causes[0]
+    said = alternative_words([cause])
+    assert said.startswith(f"Not told apart: it may as well be {cause.effect.replace('_', ' ')}")
+    for name, own in cause.parameters.items():
+        assert (estimate_words(own) in said) == own.is_told, name
+
+
+@pytest.mark.parametrize(("placebo_db", "claimed"), [(12.0, True), (15.9, False), (17.0, False)])
+def test_a_gain_that_a_placebo_comes_close_to_is_not_claimed(placebo_db, claimed):
+    gain = replace(GAIN, held_out_db=16.0, calibration_only_db=1.0, wrong_effect_db=placebo_db, smooth_function_db=0.0)
+    assert ("no gain is claimed" not in gain_words(gain)) == claimed
