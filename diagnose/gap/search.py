@@ -14,6 +14,7 @@ from .hypotheses import Candidate
 from .joint_fit import jointly
 from .judged import judged
 from .null_distribution import chance_of_residual
+from .opposing import NEARLY_NOTHING, rest_of_both
 from .prediction import Predicted
 from .refine import FIRST_STEPS, Climbed, Fit, climbed, density, nothing, refined
 from .response_shape import scaled_strengths
@@ -70,6 +71,8 @@ class Posterior:
         Chance of a residual as large as the best hypothesis leaves.
     held_out : mapping of tuple of str to Predicted
         How well hypotheses predict the held-out conditions, where that was looked at.
+    opposed : tuple of Fit
+        Of two effects that explain the lines by cancelling nearly all that each makes: they do not compete.
     """
 
     compared: Comparison
@@ -79,6 +82,7 @@ class Posterior:
     probabilities: Mapping[tuple[str, ...], float]
     misfit: float
     held_out: Mapping[tuple[str, ...], Predicted] = field(default_factory=dict)
+    opposed: tuple[Fit, ...] = ()
 
     def best(self, names: tuple[str, ...]) -> Fit:
         """Return the best fit of effects of these names."""
@@ -129,6 +133,8 @@ def search(
     begun = [fit for fit in singles if fit.log_evidence > none.log_evidence - HOPELESS]
     singles = _jointly_best(begun, problem, none) if begun else []
     pairs = two_effects(singles, screening, problem, none, unknown.log_evidence, tell) if singles else []
+    opposed = tuple(fit for fit in pairs if rest_of_both(fit, problem) < NEARLY_NOTHING)
+    pairs = [fit for fit in pairs if fit not in opposed]
     fits = tuple(sorted([*singles, *pairs], key=lambda fit: -fit.log_evidence))
     fits = (*(_as_exact_as_told(fit, problem) for fit in fits[:1]), *fits[1:])
     hills = {fit.candidates[0]: fit.hills for fit in begun if fit.hills is not None}
@@ -136,11 +142,13 @@ def search(
     count = len({candidate.name for candidate in screening.atoms})
     followed = {candidate for fit in fits for candidate in fit.candidates}
     rest = [(one.name, none.log_evidence + more) for one, more in first_look.items() if one not in followed]
-    posterior = _posterior(compared, none, fits, unknown, count, rest)
+    posterior = replace(_posterior(compared, none, fits, unknown, count, rest), opposed=opposed)
     if next(iter(posterior.probabilities)) != ("unknown",) or not unknown.kernels:
         return posterior
     beside = beside_unknown(problem, screening, unknown, tell=tell)
-    return _posterior(compared, none, (*fits, *beside), unknown, count, rest) if beside else posterior
+    if not beside:
+        return posterior
+    return replace(_posterior(compared, none, (*fits, *beside), unknown, count, rest), opposed=opposed)
 
 
 def _singles(

@@ -20,6 +20,7 @@ from .judged import judged
 from .mirrored import with_mirror_images
 from .model_form import form_of
 from .next_measurement import next_measurement
+from .opposing import not_named_words, opposing_words
 from .plateaus import on_plateaus
 from .prediction import score_of, score_of_unknown
 from .refine import Fit
@@ -72,7 +73,10 @@ def told(
     fitted = {fit.names for fit in (*posterior.fits, posterior.none)}
     rivals = [posterior.best(other) for other in together if other != names and other in fitted]
     suspected = [_suspicion(name, own) for name, own in prepared.waveform.items() if name not in shown]
-    closest = _closest(posterior) if kind == "unknown" and not best.candidates else ()
+    nameless = kind == "unknown" and not best.candidates
+    closest = _closest(posterior) if nameless and not posterior.opposed else ()
+    here = prepared.problem(prepared.fitted)
+    opposed = [not_named_words(fit, here) for fit in posterior.opposed[:1] if nameless]
     added = tuple(as_effect(one) for one in forces)
     form = form_of(prepared.form) if prepared.form else None
     after = explained(best, everything, further=added)
@@ -98,6 +102,8 @@ def told(
             *filter(None, [form_words(form)]),
             *closest,
             *(alternative_words(_causes(one, probabilities, calibrated)) for one in rivals if one.candidates),
+            *opposed,
+            *opposing_words(best, here),
             *_pulse(prepared.pulse_rad),
             *remarks,
             *suspected,
