@@ -70,13 +70,9 @@ def told(
         probabilities = _with_shown(probabilities, tuple(shown), is_unknown_beside=beyond)
         if not beyond:
             kind = "one cause" if len(causes) == 1 else "several causes"
-    fitted = {fit.names for fit in (*posterior.fits, posterior.none)}
-    rivals = [posterior.best(other) for other in together if other != names and other in fitted]
+    rivals = _rivals(posterior, [other for other in together if other != names])
     suspected = [_suspicion(name, own) for name, own in prepared.waveform.items() if name not in shown]
-    nameless = kind == "unknown" and not best.candidates
-    closest = _closest(posterior) if nameless and not posterior.opposed else ()
-    here = prepared.problem(prepared.fitted)
-    opposed = [not_named_words(fit, here) for fit in posterior.opposed[:1] if nameless]
+    own = _own_remarks(posterior, prepared, best, rivals, nameless=kind == "unknown" and not best.candidates)
     added = tuple(as_effect(one) for one in forces)
     form = form_of(prepared.form) if prepared.form else None
     after = explained(best, everything, further=added)
@@ -98,16 +94,7 @@ def told(
         calibrated=calibrated,
         extended=best.machine(best.problem.baseline.machine if best.problem else calibrated).with_effects(*added),
         not_compared=dict(not_compared),
-        remarks=(
-            *filter(None, [form_words(form)]),
-            *closest,
-            *(alternative_words(_causes(one, probabilities, calibrated)) for one in rivals if one.candidates),
-            *opposed,
-            *opposing_words(best, here),
-            *_pulse(prepared.pulse_rad),
-            *remarks,
-            *suspected,
-        ),
+        remarks=(*filter(None, [form_words(form)]), *own, *remarks, *suspected),
         empirical=tuple(forces),
         scores=_scores(posterior),
         flawed=prepared.flawed,
@@ -133,6 +120,30 @@ def _scores(posterior: Posterior) -> dict[tuple[str, ...], Score]:
         names: replace(one, log_held_out=seen[names].log_density) if names in seen else one
         for names, one in found.items()
     }
+
+
+def _rivals(posterior: Posterior, others: Sequence[tuple[str, ...]]) -> list[Fit]:
+    """Return the best fit of each hypothesis, where it was fitted."""
+    fitted = {fit.names for fit in (*posterior.fits, posterior.none)}
+    return [posterior.best(other) for other in others if other in fitted]
+
+
+def _own_remarks(
+    posterior: Posterior, prepared: Prepared, best: Fit, rivals: Sequence[Fit], *, nameless: bool
+) -> list[str]:
+    """Return what comes close, what may as well be the cause, and what speaks against the causes in front.
+
+    ``nameless`` says that something unknown is the answer, with no effect beside it.
+    """
+    here, said = prepared.problem(prepared.fitted), []
+    if nameless and posterior.opposed:
+        said.append(not_named_words(posterior.opposed[0], here))
+    elif nameless:
+        said += _closest(posterior)
+    for rival in rivals:
+        if rival.candidates:
+            said.append(alternative_words(_causes(rival, posterior.probabilities, prepared.baseline.machine)))
+    return [*said, *opposing_words(best, here), *_pulse(prepared.pulse_rad)]
 
 
 def _closest(posterior: Posterior) -> tuple[str, ...]:

@@ -75,7 +75,8 @@ def test_nameplate_is_what_the_owner_knows() -> None:
 
 def test_label_names_effects_places_and_values() -> None:
     effects = [parse_effect("unbalance@disc:moment_kg_m=2e-4,angle_rad=0"), parse_effect("mains_hum:amplitude=0.1")]
-    assert label_of(effects).startswith("unbalance at disc (moment_kg_m 0.0002 kg.m, angle_rad 0 rad); mains_hum (")
+    first = "unbalance at disc (moment_kg_m 0.0002 kg.m, angle_rad 0 rad, axial_offset_m 0 m); mains_hum ("
+    assert label_of(effects).startswith(first)
 
 
 def test_what_a_recording_cannot_hold_is_left_out_and_said() -> None:
