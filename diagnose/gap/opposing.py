@@ -14,7 +14,7 @@ from .refine import Fit
 from .responses import Responses
 
 #: Share of the power of both alone below which what they make together is worth a warning, and below which they are not
-#: named. Two independent causes come so close by chance in one case of a hundred.
+#: named. Of one line and sizes unlike by up to 50, any phase, independent causes come so close in about 1 % of cases.
 SMALL_REST, NEARLY_NOTHING = 0.3, 0.05
 
 

@@ -57,7 +57,7 @@ def two_effects(
 ) -> list[Fit]:
     """Return the fits of two effects that have clearly more evidence than the best of one.
 
-    ``unknown`` is the evidence for something unknown; pairs that are simulated in time are not followed far below it.
+    ``unknown`` is the evidence for something unknown. Pairs far below it are given up, those in time after a few steps.
     """
     leaders = _best_of_each(singles)[: len(PARTNERS)]
     best = leaders[0].log_evidence

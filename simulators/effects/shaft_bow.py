@@ -26,10 +26,10 @@ class ShaftBow(Effect):
     so that a bow opposite to the unbalance cancels it at w_n sqrt(r / e), where the phase turns by 180 degrees although
     no resonance is passed.
 
-    The bend is the shape that a load at ``position`` would give (a knock, a rub's hot spot), or an even curvature
-    between the bearings (a shaft that lay hot, or was heated on one side), or between the two. Left out: growth of a
-    thermal bow with time, an S, bends beyond the bearings, and the unbalance of a bent shaft's own mass, which only
-    shows near and above the critical speed. A machine whose shaft is two springs has one bend only, in the middle.
+    The bend is the shape that a load at ``position`` would give (a rub's hot spot), or lies between that and a kink
+    there (a knock), or an even curvature between the bearings (a shaft that lay hot, or was heated on one side). Left
+    out: growth of a thermal bow with time, an S, bends beyond the bearings, and the unbalance of a bent shaft's own
+    mass, which only shows near and above the critical speed. A machine whose shaft is two springs has one bend only.
     """
 
     NAME = "shaft_bow"

@@ -57,12 +57,11 @@ class Unbalance(Effect):
         meaning="angle of the heavy spot from x at shaft angle 0, in the sense of rotation",
         source="any angle is equally likely",
     )
-
     axial_offset_m: float = parameter(
         unit="m",
         bounds=(-2.0, 2.0),
         prior=Normal(0.0, 0.01),
-        meaning="distance of the heavy spot from the middle of the part, along the shaft towards its far end",
+        meaning="distance of the heavy spot from the middle of the part, along z: from the coupling to the free end",
         source="estimate: half of a disc's width; weights are put on its faces",
     )
 
