@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Generator, Sequence
 from typing import Any
 
@@ -92,6 +93,9 @@ def _client(address: str) -> Any:
         return Client(address, timeout=_CONNECT_S)
     except Exception as problem:
         # What answers may be no scheduler; Dask then fails in many ways.
-        raise InvalidValueError(
-            f"No Dask scheduler answers at {address}: {problem}. Start one (dask scheduler) or correct the address."
-        ) from None
+        said = str(problem)
+    # A failed client closes itself when it is collected; while the next one starts, that would wait for ever.
+    gc.collect()
+    raise InvalidValueError(
+        f"No Dask scheduler answers at {address}: {said}. Start one (dask scheduler) or correct the address."
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import subprocess
@@ -116,3 +117,7 @@ def test_no_scheduler_is_an_error_that_says_so(tmp_path: Path, monkeypatch: pyte
     monkeypatch.setattr(generate_cluster, "_CONNECT_S", 1)
     with pytest.raises(InvalidValueError, match=r"No Dask scheduler answers at tcp://127\.0\.0\.1:9"):
         build(SMALL, tmp_path / "set", cluster="tcp://127.0.0.1:9")
+    # Nothing is left of the failed client: collected while the next one starts, it would wait for itself.
+    from distributed import Client
+
+    assert not [one for one in gc.get_objects() if type(one) is Client]
