@@ -50,4 +50,4 @@ def _force(signals, parameters, x, inputs, outputs, u):  # type: ignore[no-untyp
         u[outputs[3], lane] -= shear + from_offset + from_twist + gap.imag * two.real - gap.real * two.imag
 
 
-EXACT_FLANGE = Law("bolted flange", _signals, _force)
+EXACT_FLANGE = Law("bolted flange", _signals, _force, nearly_linear=True)

@@ -261,7 +261,9 @@ def _motions(lanes: list[_Lane], count: int, revolutions: int) -> list[PeriodicM
             pushed = balanced_linear(forces, responding)
             residuals = np.where(np.isfinite(pushed).all(axis=(1, 2)), 0.0, np.nan)
         else:
-            pushed, residuals = balanced_newton(forces, responding, _starts(lanes, responding))
+            pushed, residuals = balanced_newton(
+                forces, responding, _starts(lanes, responding), [lane.place[0] for lane in lanes]
+            )
             looked_at = np.array([lane.only_stable for lane in lanes])
             if looked_at.any():
                 found = responding.motions(np.where(residuals[:, None, None] < WORST, pushed, 0.0))

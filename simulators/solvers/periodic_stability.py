@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from ..system import System
-from .newton_balance import slopes_along
+from .along_motion import slopes_along
 from .periodic_balance import solved_lanes
 from .periodic_forces import PeriodicForces
 

@@ -19,9 +19,9 @@ from ..law import Direction
 from ..machine import Machine
 from ..speed_profile import steady
 from ..system import System, build_system
+from .along_motion import linearised
 from .blas import single_blas_thread
 from .harmonic_balance import harmonic_balance_at_speeds, instants_for, interface_responses, two_sided
-from .newton_balance import linearised
 from .periodic_balance import Responses, Slopes, identity_minus, moved_by_slopes, slopes_of, solved_lanes
 from .periodic_forces import PeriodicForces, periodic_forces
 from .slope_matrix import slope_matrix
