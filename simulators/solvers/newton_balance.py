@@ -20,8 +20,8 @@ MOST_STEPS = 30
 TOLERANCE, WORST = 1e-10, 1e-6
 #: Shares in which forces are let in, what the last but one leaves out, and steps of Newton's method at each.
 SHARES, LEFT_OUT, FEW_STEPS = 24, 1e-3, 12
-#: Shares without a balance, one after the other, after which a lane is given up.
-MOST_PASSED = 4
+#: Steps on to the farthest share at which the next balance is sought.
+FARTHEST = 4
 #: Relative change of the slopes that are kept from which on others may lead to a balance.
 CHANGED = 0.01
 
@@ -95,18 +95,21 @@ def _newton(
     start: np.ndarray,
     shape: tuple[int, ...],
     *,
-    share: float = 1.0,
+    shares: np.ndarray | None = None,
     most: int = MOST_STEPS,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return motions (lanes, K + 1, motions) in balance with a share of the forces that bend, and their last change.
+    """Return motions (lanes, K + 1, motions) in balance and their last change.
 
-    Each lane until it has converged: these forces are replaced by their slopes along the motion found last.
+    With ``shares`` (lanes,) of the forces that bend, or all of them. Each lane until it has converged: these forces are
+    replaced by their slopes along the motion found last.
     """
     found, change, going = start.copy(), np.full(lanes.size, np.inf), np.arange(lanes.size)
+    shares = np.ones(lanes.size) if shares is None else shares
     for _ in range(most):
         pushes, slopes = linearised(forces, lanes[going], found[going], shape, part.bent)
-        slopes = Slopes(slopes.pairs, share * slopes.spectrum)
-        pushes = share * pushes + part.beside_kept(forces, lanes[going], found[going], shape)
+        slopes = Slopes(slopes.pairs, shares[going][:, None] * slopes.spectrum)
+        pushes = shares[going][:, None, None] * pushes
+        pushes = pushes + part.beside_kept(forces, lanes[going], found[going], shape)
         following = part.motions(lanes[going], pushes, slopes)
         scale = np.abs(following).max(axis=(1, 2))
         moved = np.abs(following - found[going]).max(axis=(1, 2))
@@ -124,20 +127,29 @@ def _let_in(
     """Return motions in balance and their last change, the forces that bend being let in little by little.
 
     What is left out falls by the same factor from step to step: a support that has lost nearly all of its stiffness
-    changes most at the end. A share that finds no balance is passed over, but not many in a row.
+    changes most at the end. From each balance the next is sought `FARTHEST` steps on, then nearer, then farther; a lane
+    that finds none there is given up.
     """
     best = np.zeros((lanes.size, *part.factors.shape[1:]), dtype=complex)
-    change, passed = np.full(lanes.size, np.inf), np.zeros(lanes.size, dtype=int)
-    for step in range(1, SHARES + 1):
-        going = np.flatnonzero(passed < MOST_PASSED)
-        if not going.size:
-            break
-        share = 1.0 if step == SHARES else 1.0 - LEFT_OUT ** (step / SHARES)
-        found, changed = _newton(forces, part, lanes[going], best[going], shape, share=share, most=FEW_STEPS)
-        fine = changed < WORST
-        best[going[fine]] = found[fine]
-        passed[going] = np.where(fine, 0, passed[going] + 1)
-        passed[np.isin(case[lanes], case[lanes[passed >= MOST_PASSED]])] = MOST_PASSED
-        if step == SHARES:
-            change[going] = changed
+    change, at = np.full(lanes.size, np.inf), np.zeros(lanes.size, dtype=int)
+    # Of each lane the steps that have not been tried from where it is, in their order.
+    ahead = [_steps_ahead(0, FARTHEST) for _ in lanes]
+    while (going := np.flatnonzero([bool(own) for own in ahead])).size:
+        wide = np.array([ahead[lane].pop(0) for lane in going])
+        shares = np.where(at[going] + wide == SHARES, 1.0, 1.0 - LEFT_OUT ** ((at[going] + wide) / SHARES))
+        found, changed = _newton(forces, part, lanes[going], best[going], shape, shares=shares, most=FEW_STEPS)
+        for lane, step, motion, last in zip(going, wide, found, changed, strict=True):
+            if last < WORST:
+                best[lane], at[lane] = motion, at[lane] + step
+                change[lane] = last if at[lane] == SHARES else np.inf
+                ahead[lane] = _steps_ahead(at[lane], 2 * step)
+        given_up = [lane for lane in going if not ahead[lane] and at[lane] < SHARES]
+        for lane in np.flatnonzero(np.isin(case[lanes], case[lanes[given_up]])):
+            ahead[lane].clear()
     return best, change
+
+
+def _steps_ahead(at: int, first: int) -> list[int]:
+    """Return how many steps on the next balance is sought, ``first`` first, and none where all has been let in."""
+    most = min(FARTHEST, SHARES - at)
+    return sorted(range(1, most + 1), key=lambda step: (step != min(first, most), step))
