@@ -98,6 +98,8 @@ class Component(Protocol):
         ...
 
 
+#: Up to so many rows a matrix is gone through entry by entry.
+FEW_ROWS = 4
 #: What cannot be changed, and functions.
 _UNCHANGING = frozenset({float, int, str, bool, complex, bytes, type(None), frozenset, FunctionType})
 
@@ -189,11 +191,15 @@ class Assembly:
     def add_matrix(self, kind: str, names: list[str], matrix: np.ndarray) -> None:
         """Add ``matrix`` (len(names) square) to "mass", "damping", "stiffness" or "gyroscopic"."""
         entries = getattr(self, kind)
-        # As lists: numpy takes longer over matrices of two or three rows.
-        for first, row in zip(names, np.asarray(matrix, dtype=float).tolist(), strict=False):
-            for second, value in zip(names, row, strict=False):
-                if value:
-                    entries[first, second] = entries.get((first, second), 0.0) + value
+        matrix = np.asarray(matrix, dtype=float)
+        if len(names) > FEW_ROWS:
+            places = zip(*(own.tolist() for own in np.nonzero(matrix)), matrix[matrix != 0].tolist(), strict=True)
+        else:
+            # numpy takes longer over matrices of two or three rows.
+            rows = matrix.tolist()
+            places = ((i, j, value) for i, row in enumerate(rows) for j, value in enumerate(row) if value)
+        for i, j, value in places:
+            entries[names[i], names[j]] = entries.get((names[i], names[j]), 0.0) + value
 
     def add_spring(self, along: Direction, *, stiffness: float = 0.0, damping: float = 0.0) -> None:
         """Add a linear spring and damper whose elongation is the combination ``along``.

@@ -20,6 +20,7 @@ from .judged import judged
 from .mirrored import with_mirror_images
 from .model_form import form_of
 from .next_measurement import next_measurement
+from .one_line import one_line_words
 from .opposing import not_named_words, opposing_words
 from .plateaus import on_plateaus
 from .prediction import score_of, score_of_unknown
@@ -143,7 +144,7 @@ def _own_remarks(
     for rival in rivals:
         if rival.candidates:
             said.append(alternative_words(_causes(rival, posterior.probabilities, prepared.baseline.machine)))
-    return [*said, *opposing_words(best, here), *_pulse(prepared.pulse_rad)]
+    return [*said, *opposing_words(best, here), *one_line_words(best), *_pulse(prepared.pulse_rad)]
 
 
 def _closest(posterior: Posterior) -> tuple[str, ...]:
