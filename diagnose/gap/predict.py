@@ -8,6 +8,7 @@ from the simulation.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -95,11 +96,11 @@ class Predictor:
         """By how much each line's phase turns with the shaft's angle: its order, 0 for lines without phase."""
         return phase_orders(self.orders, self.kinds)
 
-    @property
-    def _whole_orders(self) -> list[int]:
-        """Multiples of the shaft's speed among the lines."""
-        lines = zip(self.orders, self.kinds, strict=True)
-        return [round(o) for o, kind in lines if _is_whole(o) and not kind.envelope and not kind.frequency_hz]
+    @functools.cached_property
+    def _whole_orders(self) -> dict[int, int]:
+        """Lines at multiples of the shaft's speed: their number, and the multiple."""
+        lines = enumerate(zip(self.orders, self.kinds, strict=True))
+        return {i: round(o) for i, (o, kind) in lines if _is_whole(o) and not kind.envelope and not kind.frequency_hz}
 
     def amplitudes(self, machine: Machine) -> np.ndarray:
         """Return the lines, shape (conditions, probes, orders), complex.
@@ -220,7 +221,7 @@ class Predictor:
         found: dict[str, Moving] = {key: self._motions[key] for key in keyed if key in self._motions}
         new = [key for key in keyed if key not in found]
         together = max(LANES // len(self.conditions), 1)
-        highest = max(self._whole_orders, default=1) + FURTHER_HARMONICS
+        highest = max(self._whole_orders.values(), default=1) + FURTHER_HARMONICS
         beside = self._all_moving([near])[0] if new and near is not None else None
         for some in (new[i : i + together] for i in range(0, len(new), together)):
             own = motions_in(self.conditions, [keyed[key] for key in some], beside, harmonics=highest, lasting=lasting)
@@ -246,10 +247,10 @@ class Predictor:
         rows = [probe.name for probe in motion.probes]
         chosen = [rows.index(name) for name in self.probes]
         result = np.zeros((len(self.probes), len(self.orders)), dtype=complex)
-        for column, (order, kind) in enumerate(zip(self.orders, self.kinds, strict=True)):
-            if _is_whole(order) and not kind.envelope and not kind.frequency_hz:
-                amplitudes = motion.amplitudes[chosen, round(order)]
-                result[:, column] = amplitudes if kind.phase else np.abs(amplitudes)
+        columns, orders = (np.array([*own], dtype=int) for own in (self._whole_orders, self._whole_orders.values()))
+        amplitudes = motion.amplitudes[np.array(chosen)[:, None], orders]
+        phase = np.array([self.kinds[column].phase for column in columns], dtype=bool)
+        result[:, columns] = np.where(phase, amplitudes, np.abs(amplitudes))
         return result
 
     def _least_seconds(self, machine: Machine) -> tuple[float, ...]:
