@@ -48,6 +48,9 @@ def balanced_newton(
         reads = np.unique(np.concatenate([forces.systems[0].inputs[k] for k in forces.nonlinear]))
         begun[:, :, reads] = start[:, :, reads]
     mild = tuple(k for k in forces.nonlinear if forces.forces[k].law.nearly_linear)
+    if start is not None and len(mild) == len(forces.nonlinear):
+        # From close by two steps are enough: taking kept slopes into the responses would cost more.
+        mild = ()
     kept = linearised(forces, lanes, begun, shape, mild)[1]
     part = condensed(forces, given, linear, responding, kept, mild)
     case = lanes if cases is None else np.asarray(cases)
