@@ -37,8 +37,9 @@ def balanced_newton(
     From ``start``, motions (lanes, K + 1, motions), or from rest. Of lanes of one case, by its number (lanes,), none is
     sought any further where one has been given up. Where that start leads nowhere, as with contacts that open and
     close, the forces that bend are let in little by little, each balance being sought from the one before. Nearly
-    linear forces keep the slopes that they begin with; where these have changed and no balance was found, all slopes
-    are computed in each step. A lane that does not converge ends with a change above `WORST`, or not a number.
+    linear forces beside these keep the slopes that they begin with; where they have changed, or not even a share leads
+    to a balance, all slopes are computed in each step. A lane that does not converge ends with a change above `WORST`,
+    or not a number.
     """
     constant, slope = forces.linear_parts()
     given, linear = spectrum_of(constant, responding.top), slopes_of(slope, responding.top)
@@ -48,8 +49,8 @@ def balanced_newton(
         reads = np.unique(np.concatenate([forces.systems[0].inputs[k] for k in forces.nonlinear]))
         begun[:, :, reads] = start[:, :, reads]
     mild = tuple(k for k in forces.nonlinear if forces.forces[k].law.nearly_linear)
-    if start is not None and len(mild) == len(forces.nonlinear):
-        # From close by two steps are enough: taking kept slopes into the responses would cost more.
+    if len(mild) == len(forces.nonlinear):
+        # Where nothing bends two or three steps are enough: taking kept slopes into the responses would cost more.
         mild = ()
     kept = linearised(forces, lanes, begun, shape, mild)[1]
     part = condensed(forces, given, linear, responding, kept, mild)
@@ -131,7 +132,7 @@ def _let_in(
 
     What is left out falls by the same factor from step to step: a support that has lost nearly all of its stiffness
     changes most at the end. From each balance the next is sought `FARTHEST` steps on, then nearer, then farther; a lane
-    that finds none there is given up.
+    that finds none there is given up. Where there was none at all, the motion is not a number.
     """
     best = np.zeros((lanes.size, *part.factors.shape[1:]), dtype=complex)
     change, at = np.full(lanes.size, np.inf), np.zeros(lanes.size, dtype=int)
@@ -149,6 +150,7 @@ def _let_in(
         given_up = [lane for lane in going if not ahead[lane] and at[lane] < SHARES]
         for lane in np.flatnonzero(np.isin(case[lanes], case[lanes[given_up]])):
             ahead[lane].clear()
+    best[at == 0] = np.nan
     return best, change
 
 

@@ -7,12 +7,12 @@ import pytest
 from rotorwise.simulators import find_machine
 from rotorwise.simulators.effects import BoltLoss, CouplingMisalignment, Looseness, Rub, Unbalance
 from rotorwise.simulators.errors import RotorwiseError
+from rotorwise.simulators.law import InterfaceForce
 from rotorwise.simulators.rotor_dynamics import bolted_flange_exact
 from rotorwise.simulators.solvers import newton_balance
 from rotorwise.simulators.solvers.harmonic_balance import forget, harmonic_balance, harmonic_balances
 
 from . import small_machines
-from .small_machines import duffing
 
 RPM = 60.0 / (2 * np.pi)
 #: So that Newton's method ends on the last digits in both ways.
@@ -49,14 +49,24 @@ def test_a_flange_that_keeps_its_slopes_moves_the_same(monkeypatch, effects):
     assert np.abs(kept - whole).max(axis=1) == pytest.approx(0.0, abs=CLOSE * np.abs(whole).max())
 
 
+def _build_with_a_far_stop(assembly, values, switches):
+    small_machines._build_duffing(assembly, values, switches)
+    x = ({"a": 1.0},)
+    assembly.forces.append(InterfaceForce("stop", small_machines.STOP, (1.0, 1e3), x, x))
+
+
+def _duffing(**values):
+    return small_machines.define(_build_with_a_far_stop, step_s=0.05, settle_s=0.0, **values)
+
+
 def test_slopes_that_change_after_all_are_computed(monkeypatch):
     # The cubic spring has no slope at rest: kept, it leads nowhere where the drive is large.
-    values, asked = {"stiffness": 100.0, "cubic": 50.0, "drive": 60.0, "damping": 0.5}, []
-    whole = harmonic_balance(duffing(**values), speed_rpm=6.0 * RPM, harmonics=7).amplitudes
+    values, asked = {"stiffness": 100.0, "cubic": 50.0, "drive": 60.0, "damping": 0.5, "parametric": 0.0}, []
+    whole = harmonic_balance(_duffing(**values), speed_rpm=6.0 * RPM, harmonics=7).amplitudes
     have_changed = newton_balance._have_changed
     monkeypatch.setattr(newton_balance, "_have_changed", lambda *given: asked.append(have_changed(*given)) or asked[-1])
     monkeypatch.setattr(small_machines, "CUBIC", replace(small_machines.CUBIC, nearly_linear=True))
-    found = harmonic_balance(duffing(**values), speed_rpm=6.0 * RPM, harmonics=7).amplitudes
+    found = harmonic_balance(_duffing(**values), speed_rpm=6.0 * RPM, harmonics=7).amplitudes
     assert asked[0].all()
     np.testing.assert_allclose(found, whole, rtol=CLOSE, atol=CLOSE * np.abs(whole).max())
 
