@@ -193,11 +193,11 @@ class Assembly:
         entries = getattr(self, kind)
         matrix = np.asarray(matrix, dtype=float)
         if len(names) > FEW_ROWS:
-            places = zip(*(own.tolist() for own in np.nonzero(matrix)), matrix[matrix != 0].tolist(), strict=True)
+            rows, columns = np.nonzero(matrix)
+            places = zip(rows.tolist(), columns.tolist(), matrix[rows, columns].tolist(), strict=True)
         else:
             # numpy takes longer over matrices of two or three rows.
-            rows = matrix.tolist()
-            places = ((i, j, value) for i, row in enumerate(rows) for j, value in enumerate(row) if value)
+            places = ((i, j, value) for i, row in enumerate(matrix.tolist()) for j, value in enumerate(row) if value)
         for i, j, value in places:
             entries[names[i], names[j]] = entries.get((names[i], names[j]), 0.0) + value
 

@@ -138,8 +138,9 @@ class Law:
         Parameters that are numbers of things and say what the others mean. Runs in which they differ do not go side by
         side.
     nearly_linear : bool
-        Whether the slopes of a nonlinear force hardly change along the motions for which the machine's model holds. A
-        balance then keeps those that it begins with, and computes others only where that leads nowhere.
+        Whether the slopes of a nonlinear force hardly change along the motions for which the machine's model holds.
+        Beside other nonlinear forces a balance then keeps those that it begins with, and computes others only where
+        that leads nowhere.
     self_excited : bool
         Whether the force drives a motion of its own rhythm. A balance of what repeats with the shaft would find the
         equilibrium beneath it, which no machine keeps.

@@ -1,7 +1,7 @@
 """The balance of harmonics for forces that are not linear in the motion: Newton's method.
 
-In each step the forces that bend are replaced by their slopes along the motion found last. Those of forces that are
-nearly linear are kept, as `condensed_balance` tells.
+In each step the forces that bend are replaced by their slopes along the motion found last. Beside
+these, nearly linear forces keep their slopes, as `condensed_balance` tells.
 """
 
 from __future__ import annotations
