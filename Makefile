@@ -39,7 +39,7 @@ test-oldest: .venv-oldest/stamp
 .venv-oldest/stamp: tests/oldest.txt pyproject.toml | $(VENV)/stamp-venv
 	rm -rf .venv-oldest
 	$(BIN)/python -m venv .venv-oldest
-	.venv-oldest/bin/python -m pip install --quiet --disable-pip-version-check -c tests/oldest.txt -e '.[test]'
+	.venv-oldest/bin/python -m pip install --quiet --disable-pip-version-check --no-compile -c tests/oldest.txt -e '.[test]'
 	touch $@
 
 clean:
@@ -47,15 +47,15 @@ clean:
 
 # A changed pyproject.toml is newer than the stamps and installs again.
 $(VENV)/stamp-run: pyproject.toml | $(VENV)/stamp-venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -e .
 	touch $@
 
 $(VENV)/stamp-test: pyproject.toml | $(VENV)/stamp-venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test,test-stores]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -e '.[test,test-stores]'
 	touch $@ $(VENV)/stamp-run
 
 $(VENV)/stamp-lint: pyproject.toml | $(VENV)/stamp-venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test,test-stores,lint]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -e '.[test,test-stores,lint]'
 	touch $@ $(VENV)/stamp-test $(VENV)/stamp-run
 
 # A stamp, not bin/python: an environment whose making was interrupted has bin/python but no pip.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
@@ -103,11 +104,13 @@ def explained(
     has_healthy = problem.at_healthy is not None
     permanent = [one.name for one in competing if has_healthy and one.effect.PERMANENT]
     competing = [one for one in competing if one.effect not in unheard and one.name not in permanent]
-    library, not_compared = responses(competing, own, few, screened, tell=tell)
+    competing = _most_explaining(competing, own, few, screened, tell)
+    grid = functools.partial(responses, competing, own, few, screened, tell=tell)
+    screening = Screening(chosen, screened, grid(coarsely=True), functools.partial(grid, coarsely=False))
+    not_compared = _silent(screening)
     gone = {one.NAME for one in unheard} - {one.name for one in competing}
     not_compared = dict.fromkeys(sorted(gone), "the envelope beats in another rhythm") | not_compared
     not_compared |= dict.fromkeys(permanent, "acts on the healthy machine as well")
-    screening = Screening(chosen, screened, library)
     tied = all(one.tied for one in part.conditions)
     kernels = force_kernels(problem.baseline.machine, part) if tied else ()
     posterior = search(problem, screening, kernels, tell=tell)
@@ -213,17 +216,22 @@ def responses(
     predictor: Predictor,
     screened: Comparison,
     *,
+    coarsely: bool,
     tell: Tell = lambda _: None,
-) -> tuple[dict[Candidate, tuple[Atom, ...]], dict[str, str]]:
-    """Return each candidate's responses on a coarse grid, and the effects that have none with the reason."""
-    library = {}
-    competing = _most_explaining(competing, machine, predictor, screened, tell)
-    for number, candidate in enumerate(competing):
-        tell(f"responses {number + 1} of {len(competing)}: {candidate}")
-        library[candidate] = atoms_of(candidate, machine, predictor, deviations=screened.lines.deviations)
-    names = dict.fromkeys(one.name for one in competing)
-    silent = [name for name in names if not any(own for one, own in library.items() if one.name == name)]
-    return library, {name: "adds nothing to the lines that are compared here" for name in silent}
+) -> dict[Candidate, tuple[Atom, ...]]:
+    """Return each candidate's responses on a grid; see `atoms_of`."""
+    found = {}
+    for number, one in enumerate(competing):
+        tell(f"responses {number + 1} of {len(competing)}: {one}")
+        found[one] = atoms_of(one, machine, predictor, deviations=screened.lines.deviations, coarsely=coarsely)
+    return found
+
+
+def _silent(screening: Screening) -> dict[str, str]:
+    """Return the effects that have no response, with the reason."""
+    names = dict.fromkeys(one.name for one in screening.atoms)
+    heard = {one.name for one, own in screening.atoms.items() if own}
+    return {name: "adds nothing to the lines that are compared here" for name in names if name not in heard}
 
 
 def _most_explaining(

@@ -34,6 +34,8 @@ MOST_SHAPES = 24
 MOST_ATOMS, MOST_IN_TIME = 128, 4
 #: The same of motions that repeat, where that in the middle of the prior does not.
 MOST_REPEATING = 64
+#: At the first look a grid that is larger than the least is so many times coarser.
+COARSER, LEAST_ATOMS = 4, 16
 #: Factor over which a response that is not proportional is followed from where it was computed.
 NEAR = 1.5
 #: Factor over which one that is proportional is followed.
@@ -87,7 +89,12 @@ class Start:
 
 
 def atoms_of(
-    candidate: Candidate, machine: Machine, predictor: Predictor, *, deviations: np.ndarray | None = None
+    candidate: Candidate,
+    machine: Machine,
+    predictor: Predictor,
+    *,
+    deviations: np.ndarray | None = None,
+    coarsely: bool = False,
 ) -> tuple[Atom, ...]:
     """Return the responses of one candidate on a coarse grid; none where its motion cannot be computed.
 
@@ -98,13 +105,15 @@ def atoms_of(
     predictor : Predictor
     deviations : ndarray (conditions, probes, orders), optional
         Of the lines' noise; a candidate that stays far below it at any likely strength has no responses.
+    coarsely : bool
+        A quarter of the grid, where it has many places.
     """
     response = Responses([candidate], machine, predictor)
     found: list[Atom] = []
     sets = _strength_sets(candidate)
     for moving in sets:
         try:
-            found += _atoms(candidate, response, moving, deviations, most=MOST_ATOMS // len(sets))
+            found += _atoms(candidate, response, moving, deviations, most=MOST_ATOMS // len(sets), coarsely=coarsely)
         except UnpredictableError:
             continue
     return tuple(found)
@@ -122,6 +131,7 @@ def _atoms(
     deviations: np.ndarray | None,
     *,
     most: int,
+    coarsely: bool,
 ) -> list[Atom]:
     coordinates = candidate.coordinates
     centre = np.zeros(len(coordinates))
@@ -145,13 +155,14 @@ def _atoms(
     if not in_time:
         others = [i for i in others if shape.matters(i)]
     bent = moving if not proportional else ()
+    most, repeating = (_coarser(count) if coarsely else count for count in (most, MOST_REPEATING))
     few = _spread(candidate, centre, others, bent, most=most if bent else min(most, MOST_SHAPES))
     # Beside motions that repeat, the few that do not cost more than all others.
     computed = response.prepare(few, most_in_time=MOST_IN_TIME)
     positions = list(itertools.compress(few, computed))
     if in_time and candidate.effect.IDEALISED:
         # A contact that chatters in the middle of its prior may repeat elsewhere.
-        many = _spread(candidate, centre, others, bent, most=MOST_REPEATING)
+        many = _spread(candidate, centre, others, bent, most=repeating)
         positions += itertools.compress(many, response.prepare(many, most_in_time=0))
     found = []
     for position in positions:
@@ -160,6 +171,10 @@ def _atoms(
         except UnpredictableError:
             continue
     return found
+
+
+def _coarser(count: int) -> int:
+    return max(count // COARSER, min(count, LEAST_ATOMS))
 
 
 def _spread(

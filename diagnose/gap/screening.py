@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -31,11 +31,24 @@ class Screening:
         Without any effect, in these conditions.
     atoms : mapping of Candidate to sequence of Atom
         Responses in these conditions.
+    further : callable, optional
+        Returns such a mapping on a finer grid; none where the grid is as fine as it gets.
     """
 
     chosen: tuple[int, ...]
     compared: Comparison
     atoms: Mapping[Candidate, Sequence[Atom]]
+    further: Callable[[], Mapping[Candidate, Sequence[Atom]]] | None = field(default=None, repr=False)
+
+    def finer(self) -> Screening:
+        """Return the screening on the finer grid, with what the coarse one has seen as well."""
+        if self.further is None:
+            return self
+        atoms = {}
+        for one, own in self.further().items():
+            every = {(atom.position.tobytes(), atom.moving): atom for atom in (*self.atoms.get(one, ()), *own)}
+            atoms[one] = tuple(every.values())
+        return replace(self, atoms=atoms, further=None)
 
     def best(self, response: np.ndarray | None = None) -> list[list[Start]]:
         """Return each candidate's starts, the best candidate first.

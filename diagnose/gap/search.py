@@ -21,7 +21,8 @@ from .response_shape import scaled_strengths
 from .responses import Responses
 from .screen import Start
 from .screening import FAR_BEHIND, TIMES_WORSE, Screening, few_of_each
-from .two_effects import CLOSE, MOVES, explains_little, two_effects
+from .simple_pairs import simple_pairs
+from .two_effects import CLOSE, EXPLAINED, MOVES, explains_little, two_effects
 from .unknown_force import Unknown, unexplained
 
 #: Probability before any measurement that nothing, one effect, two effects, something unknown, or one effect with
@@ -30,6 +31,8 @@ PRIOR = {"none": 0.4, "one": 0.4, "two": 0.1, "unknown": 0.06, "beside": 0.04}
 #: Effects of which a few steps are made, of these the ones followed to the end, and of these the ones compared with the
 #: machine re-fitted beside them.
 REFINED, FINISHED, JOINT = 8, 4, 3
+#: Further ones that are no contact nor crack, which cost little: what explains little alone may be half of a pair.
+FURTHER = 3
 #: Effects of more strengths are among them whatever the first look, which is a rough one in so many dimensions.
 MANY = 3
 #: An effect with so much less evidence than nothing at all is not followed.
@@ -37,6 +40,9 @@ HOPELESS = 5.0
 #: Where nothing at all explains the data with this chance, effects that are no better in the first look are not
 #: followed: their evidence is that of the first look.
 GOOD = 0.05
+#: Where nothing explains the data so well, effects are looked at on a finer grid: starts there that are better by this
+#: are followed as well.
+BETTER = 1.0
 #: Starts of one effect, and of one that is simulated in time; of one whose response bends with its strength each is
 #: followed to the end, as a contact that opens in some of the conditions only makes hills between them.
 STARTS, STARTS_IN_TIME, STARTS_OF_BENT = 2, 1, 3
@@ -112,36 +118,30 @@ def search(
     kernels : sequence of ForceKernel
         What unknown forces make.
     """
-    compared, machine, predictor = problem.plain(), problem.baseline.machine, problem.predictor
+    compared = problem.plain()
     none = nothing(compared)
-    every = screening.best()
-    plain = nothing(screening.compared).log_evidence
-    first_look = {}
-    if chance_of_residual(none) > GOOD:
-        first_look = {o[0].candidate: o[0].score - plain for o in every if o[0].score <= plain}
-    ranked = few_of_each(every)
-    screened = ranked[:REFINED] + [one for one in ranked[REFINED:] if len(one[0].candidate.strengths) > MANY]
-    screened = [options for options in screened if options[0].candidate not in first_look]
-    screened = [
-        options
-        for options in screened
-        if options[0].score > every[0][0].score - FAR_BEHIND
-        or predictor.repeats(machine.with_effects(options[0].candidate.at(options[0].position)))
-    ]
+    screened, first_look = _worth_following(screening, problem, none)
     unknown = unexplained(compared, kernels)
-    singles = _singles(screened, screening, problem, (none, unknown.log_evidence), tell)
-    begun = [fit for fit in singles if fit.log_evidence > none.log_evidence - HOPELESS]
-    singles = _jointly_best(begun, problem, none) if begun else []
-    pairs = two_effects(singles, screening, problem, none, unknown.log_evidence, tell) if singles else []
+    others = none, unknown.log_evidence
+    singles, pairs = _singles(screened, screening, problem, others, tell), []
+    if singles and not _explain([none, *singles], GOOD):
+        pairs = simple_pairs(singles, screening, problem, *others, tell)
+    if not _explain([none, *singles, *pairs], GOOD):
+        screening, seen = screening.finer(), {options[0].candidate: options[0].score for options in screened}
+        finer, first_look = _worth_following(screening, problem, none)
+        better = [o for o in finer[:FINISHED] if o[0].score > seen.get(o[0].candidate, -math.inf) + BETTER]
+        singles = _best_of_each([*singles, *_singles(better, screening, problem, others, tell)])
+    if singles and not (pairs and _explain(pairs, EXPLAINED)):
+        pairs += two_effects(singles, screening, problem, *others, tell)
     opposed = tuple(fit for fit in pairs if rest_of_both(fit, problem) < NEARLY_NOTHING)
     pairs = [fit for fit in pairs if fit not in opposed]
     fits = tuple(sorted([*singles, *pairs], key=lambda fit: -fit.log_evidence))
     fits = (*(_as_exact_as_told(fit, problem) for fit in fits[:1]), *fits[1:])
-    hills = {fit.candidates[0]: fit.hills for fit in begun if fit.hills is not None}
+    hills = {fit.candidates[0]: fit.hills for fit in singles if fit.hills is not None}
     fits = tuple(with_hills(fit, hills) for fit in fits)
     count = len({candidate.name for candidate in screening.atoms})
-    followed = {candidate for fit in fits for candidate in fit.candidates}
-    rest = [(one.name, none.log_evidence + more) for one, more in first_look.items() if one not in followed]
+    fitted = {candidate for fit in fits for candidate in fit.candidates}
+    rest = [(one.name, none.log_evidence + more) for one, more in first_look.items() if one not in fitted]
     posterior = replace(_posterior(compared, none, fits, unknown, count, rest), opposed=opposed)
     if next(iter(posterior.probabilities)) != ("unknown",) or not unknown.kernels:
         return posterior
@@ -151,13 +151,53 @@ def search(
     return replace(_posterior(compared, none, (*fits, *beside), unknown, count, rest), opposed=opposed)
 
 
+def _explain(fits: list[Fit], chance: float) -> bool:
+    """Return whether what the best of some fits leaves is noise with a larger chance."""
+    return chance_of_residual(max(fits, key=lambda fit: fit.log_evidence)) > chance
+
+
+def _worth_following(
+    screening: Screening, problem: Problem, none: Fit
+) -> tuple[list[list[Start]], dict[Candidate, float]]:
+    """Return the starts of effects that are worth steps, and how much more evidence than nothing the others have.
+
+    Others are told only where nothing at all explains the data.
+    """
+    machine, predictor = problem.baseline.machine, problem.predictor
+    every = screening.best()
+    plain = nothing(screening.compared).log_evidence
+    first_look = {}
+    if chance_of_residual(none) > GOOD:
+        first_look = {o[0].candidate: o[0].score - plain for o in every if o[0].score <= plain}
+    ranked = few_of_each(every)
+    screened = ranked[:REFINED] + [one for one in ranked[REFINED:] if len(one[0].candidate.strengths) > MANY]
+    screened = [options for options in screened if options[0].candidate not in first_look]
+    return [
+        options
+        for options in screened
+        if options[0].score > every[0][0].score - FAR_BEHIND
+        or predictor.repeats(machine.with_effects(options[0].candidate.at(options[0].position)))
+    ], first_look
+
+
 def _singles(
     screened: list[list[Start]], screening: Screening, problem: Problem, others: tuple[Fit, float], tell: Tell
 ) -> list[Fit]:
-    """Return the fits of single effects: a few steps with each, the best of them to the end.
+    """Return the fits of single effects that are no worse than none, of the best with the machine's own unknowns.
 
     ``others`` are that of no effect, and the evidence for something unknown.
     """
+    finished = _finished(_begun(screened, screening, problem, tell), problem)
+    fits = _best_of_each([_scanned(fit, problem) for fit in finished])
+    fits = [looked_about(fit, problem) if _is_rough(fit, *others) else fit for fit in fits[:1]] + fits[1:]
+    begun = [fit for fit in fits if fit.log_evidence > others[0].log_evidence - HOPELESS]
+    return _jointly_best(begun, problem, others[0]) if begun else []
+
+
+def _begun(
+    screened: list[list[Start]], screening: Screening, problem: Problem, tell: Tell
+) -> list[tuple[Candidate, list[Climbed]]]:
+    """Return where a few steps with each single effect have got to, the best first."""
     compared, machine, predictor = problem.plain(), problem.baseline.machine, problem.predictor
     begun: list[tuple[Candidate, list[Climbed]]] = []
     for rank, options in enumerate(screened):
@@ -170,19 +210,47 @@ def _singles(
         # A contact that chatters at its best start may repeat at others, where steps cost little.
         begin = options if repeats else [options[0], *repeating]
         places = [option.position for option in begin[:count]]
-        tried = climbed([one], places, compared, machine, predictor, steps=FIRST_STEPS)
+        tried = climbed([one], places[:1], compared, machine, predictor, steps=FIRST_STEPS)
+        if not tried or not begun or not _is_worse(tried[0], begun):
+            tried += climbed([one], places[1:], compared, machine, predictor, steps=FIRST_STEPS)
+            tried.sort(key=lambda found: found.objective)
         begun += [(one, tried if bent else tried[:1])] if tried else []
-    begun.sort(key=lambda item: item[1][0].objective)
+    return sorted(begun, key=lambda item: item[1][0].objective)
+
+
+def _is_worse(tried: Climbed, begun: list[tuple[Candidate, list[Climbed]]]) -> bool:
+    """Return whether an effect leaves far more than the best one after the same steps."""
+    return tried.objective > TIMES_WORSE * min(found[0].objective for _, found in begun) + FAR_BEHIND
+
+
+def _finished(begun: list[tuple[Candidate, list[Climbed]]], problem: Problem) -> list[Fit]:
+    """Return the fits of the best of them, and of further ones that cost little, followed to the end.
+
+    Not of those that cost much and are far worse than the best.
+    """
+    compared, machine, predictor = problem.plain(), problem.baseline.machine, problem.predictor
+
+    def costs_little(item: tuple[Candidate, list[Climbed]]) -> bool:
+        one, tried = item
+        return not one.effect.IDEALISED and predictor.repeats(machine.with_effects(one.at(tried[0].position)))
+
+    further = [item for item in begun[FINISHED:] if costs_little(item)][:FURTHER]
     found = []
-    for one, tried in begun[:FINISHED]:
-        worse = tried[0].objective > TIMES_WORSE * begun[0][1][0].objective + FAR_BEHIND
-        if worse and not predictor.repeats(machine.with_effects(one.at(tried[0].position))):
+    for item in [*begun[:FINISHED], *further]:
+        one, tried = item
+        if _is_worse(tried[0], begun) and not costs_little(item):
             continue
         fits = [refined([one], first.position, compared, machine, predictor) for first in tried]
         found += sorted((fit for fit in fits if fit), key=lambda fit: -fit.log_evidence)[:1]
-    found = [_scanned(fit, problem) for fit in found]
-    found.sort(key=lambda fit: -fit.log_evidence)
-    return [looked_about(fit, problem) if _is_rough(fit, *others) else fit for fit in found[:1]] + found[1:]
+    return found
+
+
+def _best_of_each(fits: list[Fit]) -> list[Fit]:
+    """Return the best fit of each candidate, the best first."""
+    kept: dict[tuple[Candidate, ...], Fit] = {}
+    for fit in sorted(fits, key=lambda fit: -fit.log_evidence):
+        kept.setdefault(fit.candidates, fit)
+    return list(kept.values())
 
 
 def _is_rough(fit: Fit, none: Fit, unknown: float) -> bool:

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .evidence import Problem
+from .evidence import Comparison, Problem
 from .hypotheses import Candidate
 from .joint_fit import jointly
 from .null_distribution import chance_of_residual
@@ -59,30 +59,31 @@ def two_effects(
 
     ``unknown`` is the evidence for something unknown. Pairs far below it are given up, those in time after a few steps.
     """
-    leaders = _best_of_each(singles)[: len(PARTNERS)]
+    leaders = best_of_each(singles)[: len(PARTNERS)]
     best = leaders[0].log_evidence
-    explained = chance_of_residual(leaders[0]) > EXPLAINED
-    # Half a squared residual with which something unknown is as likely, were there no tolerances and no priors.
-    level = none.log_evidence + 0.5 * float(none.residual @ none.residual) - unknown
-    hopeless = min(TIMES_WORSE * leaders[0].power / 2, max(level, 0.0)) + FAR_BEHIND
+    explained, hopeless = chance_of_residual(leaders[0]) > EXPLAINED, hopeless_beside(leaders[0], none, unknown)
     found = []
     for rank, leader in enumerate(leaders):
-        if leader.log_evidence + _left_to_gain(leader) < best + PAIR_MARGIN:
+        if not may_gain(leader, best):
             continue
         if explained and leader.log_evidence < best - OVERTAKEN:
             continue
-        ranked = _partners(leader, screening, problem, tell, explained=explained)
-        others = [options for options in ranked if options[0].candidate.name not in leader.names]
+        others = _partners(leader, screening, problem, tell, explained=explained)
         for number, options in enumerate(others[: PARTNERS[rank]]):
-            in_time = not _repeat(leader, options[0], problem)
+            in_time = not repeat(leader, options[0], problem)
             if in_time and (rank or number >= PARTNERS_IN_TIME):
                 continue
             tell(f"{leader.candidates[0]} with {options[0].candidate}")
             begin = options[: STARTS_IN_TIME if in_time else STARTS]
-            fit = _fitted(leader, begin, problem, none, hopeless=hopeless)
+            fit = fitted_pair(leader, begin, problem, none, hopeless=hopeless)
             found += [fit] if fit else []
+    return best_jointly(found, problem, best, unknown)
+
+
+def best_jointly(found: Sequence[Fit], problem: Problem, best: float, unknown: float) -> list[Fit]:
+    """Return the pairs with clearly more evidence than ``best``, the machine re-fitted beside those that have most."""
     joint: list[Fit] = []
-    for fit in _best_of_each(found)[:JOINT]:
+    for fit in best_of_each(found)[:JOINT]:
         contact = any(one.effect.IDEALISED for one in fit.candidates)
         if contact and fit.log_evidence < unknown - OVERTAKEN:
             # Minutes of simulations for the machine's unknowns, for a pair that something unknown has passed.
@@ -92,18 +93,27 @@ def two_effects(
     return [fit for fit in joint if fit.log_evidence > best + PAIR_MARGIN]
 
 
-def _left_to_gain(leader: Fit) -> float:
-    """Return the most evidence that a second effect may add: if it explains what is left beyond noise, at no cost."""
+def may_gain(leader: Fit, best: float) -> bool:
+    """Return whether a second effect may add enough: if it explains what is left beyond noise, at no cost."""
     count = leader.residual.size
-    return 0.5 * max(leader.power - (count - LEAST_NOISE * math.sqrt(2 * count)), 0.0)
+    most = 0.5 * max(leader.power - (count - LEAST_NOISE * math.sqrt(2 * count)), 0.0)
+    return leader.log_evidence + most >= best + PAIR_MARGIN
 
 
-def _repeat(leader: Fit, partner: Start, problem: Problem) -> bool:
+def hopeless_beside(leader: Fit, none: Fit, unknown: float) -> float:
+    """Return half a squared residual beyond which a pair is not followed, the best single effect being ``leader``."""
+    # With which something unknown is as likely, were there no tolerances and no priors.
+    level = none.log_evidence + 0.5 * float(none.residual @ none.residual) - unknown
+    return min(TIMES_WORSE * leader.power / 2, max(level, 0.0)) + FAR_BEHIND
+
+
+def repeat(leader: Fit, partner: Start, problem: Problem) -> bool:
+    """Return whether the motion with both repeats with the shaft."""
     machine = leader.machine(problem.baseline.machine)
     return problem.predictor.repeats(machine.with_effects(partner.candidate.at(partner.position)))
 
 
-def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:
+def best_of_each(fits: Sequence[Fit]) -> list[Fit]:
     """Return the best fit of each set of names, the best first."""
     kept: dict[tuple[str, ...], Fit] = {}
     for fit in sorted(fits, key=lambda fit: -fit.log_evidence):
@@ -111,7 +121,7 @@ def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:
     return list(kept.values())
 
 
-def _fitted(leader: Fit, options: Sequence[Start], problem: Problem, none: Fit, *, hopeless: float) -> Fit | None:
+def fitted_pair(leader: Fit, options: Sequence[Start], problem: Problem, none: Fit, *, hopeless: float) -> Fit | None:
     """Return the fit of two effects; None where it explains little, or nothing that the first one does not.
 
     Nor where they, or simulated ones after a few steps, leave more than ``hopeless``, half a squared residual.
@@ -133,22 +143,29 @@ def _fitted(leader: Fit, options: Sequence[Start], problem: Problem, none: Fit, 
     return fit if fit and fit.power / 2 < hopeless else None
 
 
-def _partners(leader: Fit, screening: Screening, problem: Problem, tell: Tell, *, explained: bool) -> list[list[Start]]:
-    """Return the starts of every candidate beside an effect, the best candidate first.
-
-    Where the effects alone explain the data, only of those that can do so clearly better all the same.
-    """
+def left_beside(leader: Fit, screening: Screening) -> Comparison:
+    """Return the comparison of what an effect leaves, its own values and law being open."""
     chosen, compared = list(screening.chosen), screening.compared
     response, slopes = leader.response[chosen], leader.slopes[:, chosen]
     law = laws_of(compared, leader.candidates, [response])
     directions = np.concatenate([law.directions, compared.whitened(slopes)])
     left = replace(compared, residual=compared.residual - compared.whitened(response))
     open_directions = compared.factor @ directions.T
-    beside = left.widened(open_directions @ open_directions.T)
+    return left.widened(open_directions @ open_directions.T)
+
+
+def _partners(leader: Fit, screening: Screening, problem: Problem, tell: Tell, *, explained: bool) -> list[list[Start]]:
+    """Return the starts of every other candidate beside an effect, the best candidate first.
+
+    Where the effects alone explain the data, only of those that can do so clearly better all the same.
+    """
+    beside, least = left_beside(leader, screening), -math.inf
     if explained:
         least = nothing(beside).log_evidence + PAIR_MARGIN
-        return few_of_each([options for options in screening.against(beside) if options[0].score > least])
-    return few_of_each(replace(screening, atoms=_atoms_beside(leader, screening, problem, tell)).against(beside))
+    else:
+        screening = replace(screening, atoms=_atoms_beside(leader, screening, problem, tell))
+    ranked = few_of_each([options for options in screening.against(beside) if options[0].score > least])
+    return [options for options in ranked if options[0].candidate.name not in leader.names]
 
 
 def _atoms_beside(leader: Fit, screening: Screening, problem: Problem, tell: Tell) -> dict[Candidate, Sequence[Atom]]:
