@@ -192,7 +192,7 @@ def _free(frequency: np.ndarray, speed_hz: float, resolution_hz: float, stated: 
     clear = np.maximum(CLEAR * np.minimum(order, 1.0), LEAST_BINS * resolution_hz / speed_hz)
     free = (order > HALVES_TO) | (half > clear)
     whole = np.abs(order - np.maximum(np.round(order), 1.0))
-    free &= (whole > clear) | (whole < max(WHOLE, LEAST_BINS * resolution_hz / speed_hz))
+    free &= (whole > clear) | (whole < _about_whole(resolution_hz, speed_hz))
     highest = HIGHEST_SHARE * (frequency[-1] * 2)
     free &= (frequency > FEWEST_PERIODS * resolution_hz) & (frequency < highest)
     for stated_order, kind in zip(*stated, strict=True):
@@ -202,10 +202,16 @@ def _free(frequency: np.ndarray, speed_hz: float, resolution_hz: float, stated: 
     return free
 
 
+def _about_whole(resolution_hz: float, speed_hz: float) -> float:
+    """Return how far from a whole order a line counts as one."""
+    return max(WHOLE, LEAST_BINS * resolution_hz / speed_hz)
+
+
 def _laws(frequency_hz: float, own: _Spectrum, spectra: Sequence[_Spectrum]) -> list[Line]:
     """Return the line as an order or as a frequency: the one at which more recordings show it, or both."""
     order = frequency_hz / own.speed_hz
-    at_order = (round(order) if abs(order - round(order)) < WHOLE else order), LineKind(phase=False)
+    whole = abs(order - round(order)) < _about_whole(own.resolution_hz, own.speed_hz)
+    at_order = (round(order) if whole else order), LineKind(phase=False)
     at_frequency = 0.0, LineKind(phase=False, frequency_hz=frequency_hz)
     counts = [_count(line, spectra) for line in (at_order, at_frequency)]
     if counts[0] == counts[1]:

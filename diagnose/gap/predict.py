@@ -90,6 +90,7 @@ class Predictor:
     _motions: dict[str, Moving] = field(default_factory=dict)
     _stepped: dict[Stepped, list[Simulation | None]] = field(default_factory=dict)
     _spoiling: dict[str, bool] = field(default_factory=dict)
+    _lengths: tuple[Machine, tuple[float, ...]] | None = None
 
     @property
     def phase_orders(self) -> np.ndarray:
@@ -170,6 +171,7 @@ class Predictor:
                 for (key, lengths), own in self._stepped.items()
             },
             _spoiling=self._spoiling,
+            _lengths=None,
         )
 
     def at(self, conditions: Sequence[Condition]) -> Predictor:
@@ -255,10 +257,15 @@ class Predictor:
 
     def _least_seconds(self, machine: Machine) -> tuple[float, ...]:
         """Return for each condition how long a record must be for the lines that the machine's effects state."""
+        if self._lengths and self._lengths[0] is machine:
+            return self._lengths[1]
         stated = [(type(effect), line) for effect in machine.effects for line in effect.signature(machine)]
         sizes = [size_line(effect, line) for effect, line in stated if not is_locked(line)]
         speeds = [condition.speed_rpm / 60 for condition in self.conditions]
-        return tuple(max((least_seconds(*one, speed) for one in sizes), default=0.0) for speed in speeds)
+        found = tuple(max((least_seconds(*one, speed) for one in sizes), default=0.0) for speed in speeds)
+        # Asked for once a condition.
+        self._lengths = machine, found
+        return found
 
     def _recorded(
         self,

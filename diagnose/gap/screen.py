@@ -333,12 +333,11 @@ def _at_angle(parts: np.ndarray, orders: np.ndarray, angle: float) -> np.ndarray
 
 def _best_angles(parts: np.ndarray, orders: np.ndarray, wanted: np.ndarray) -> list[float]:
     """Return the angles at which the turned response, at its best strength, explains most: local bests of a grid."""
-    along = parts @ wanted
-    gram = np.einsum("akr,blr->abkl", parts, parts)
+    rows = parts.reshape(-1, parts.shape[-1])
     angles = 2 * np.pi * np.arange(FINE_ANGLES) / FINE_ANGLES
-    waves = np.stack([np.cos(np.outer(angles, orders)), np.sin(np.outer(angles, orders))])
-    projected = np.maximum(np.einsum("agk,ak->g", waves, along), 0.0)
-    power = np.einsum("agk,abkl,bgl->g", waves, gram, waves)
+    waves = np.concatenate([np.cos(np.outer(angles, orders)), np.sin(np.outer(angles, orders))], axis=1)
+    projected = np.maximum(waves @ (rows @ wanted), 0.0)
+    power = ((waves @ (rows @ rows.T)) * waves).sum(axis=1)
     gain = projected**2 / np.maximum(power, 1e-300)
     peaks = [i for i in range(FINE_ANGLES) if gain[i] >= gain[i - 1] and gain[i] >= gain[(i + 1) % FINE_ANGLES]]
     return [float(angles[i]) for i in sorted(peaks, key=lambda i: -gain[i])[:FINALISTS]]

@@ -7,6 +7,7 @@ a pair (`two_effects`). What these two make together costs little to look at, an
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from .evidence import Problem
 from .refine import Fit
@@ -48,9 +49,9 @@ def simple_pairs(
 
 def _likeliest(fits: Sequence[Fit], screening: Screening) -> list[tuple[Fit, list[Start]]]:
     """Return effects with the starts of a partner, by their first look."""
+    simple = replace(screening, atoms={one: own for one, own in screening.atoms.items() if not one.effect.IDEALISED})
     found = []
     for leader in [fit for fit in fits if not fit.candidates[0].effect.IDEALISED][:LEADERS]:
-        others = few_of_each(screening.against(left_beside(leader, screening)))
-        simple = [options for options in others if not options[0].candidate.effect.IDEALISED]
-        found += [(leader, options) for options in simple if options[0].candidate.name not in leader.names]
+        others = few_of_each(simple.against(left_beside(leader, screening)))
+        found += [(leader, options) for options in others if options[0].candidate.name not in leader.names]
     return sorted(found, key=lambda pair: -pair[1][0].score)

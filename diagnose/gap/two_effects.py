@@ -83,14 +83,18 @@ def two_effects(
 def best_jointly(found: Sequence[Fit], problem: Problem, best: float, unknown: float) -> list[Fit]:
     """Return the pairs with clearly more evidence than ``best``, the machine re-fitted beside those that have most."""
     joint: list[Fit] = []
-    for fit in best_of_each(found)[:JOINT]:
+    level = -math.inf
+    for fit in sorted(found, key=lambda fit: -fit.log_evidence)[:JOINT]:
         contact = any(one.effect.IDEALISED for one in fit.candidates)
         if contact and fit.log_evidence < unknown - OVERTAKEN:
             # Minutes of simulations for the machine's unknowns, for a pair that something unknown has passed.
             joint.append(fit)
-        elif not joint or fit.log_evidence > joint[0].log_evidence - CLOSE:
+        elif fit.log_evidence > level:
             joint.append(jointly(fit, problem, moves=MOVES))
-    return [fit for fit in joint if fit.log_evidence > best + PAIR_MARGIN]
+            # The machine's unknowns may bring twice as much to one close behind.
+            brought = max(joint[-1].log_evidence - fit.log_evidence, 0.0)
+            level = max(level, fit.log_evidence - brought - CLOSE)
+    return best_of_each([fit for fit in joint if fit.log_evidence > best + PAIR_MARGIN])
 
 
 def may_gain(leader: Fit, best: float) -> bool:

@@ -8,7 +8,7 @@ from rotorwise.simulators.machine import find_machine
 from .sensor_records import record, run
 
 MACHINE = find_machine("amb_rotor")
-OPTIONS = {"duration_s": 1.0, "rate_hz": 1000.0}
+OPTIONS = {"duration_s": 1.0, "rate_hz": 4000.0}
 
 
 def added(effect, speed_rpm, machine=MACHINE):
@@ -27,14 +27,14 @@ def test_pattern_does_not_change_with_speed():
 
 
 def test_harmonics_have_their_heights_and_high_spots(figure):
-    heights = {n: 1e-5 / n for n in range(1, 7)}
+    heights = {n: 1e-5 / n for n in range(1, 13)}
     places = {n: 0.4 * n - 1.0 for n in heights}
     values = {f"harmonic_{n}_m": height for n, height in heights.items()}
     phase, signals, _ = added(RunOut(**values, **{f"angle_{n}_rad": place for n, place in places.items()}), 1500)
     for n, height in heights.items():
         line = 2 * np.mean(signals[0] * np.exp(-1j * n * phase))
         assert line == pytest.approx(height * np.exp(1j * n * places[n]), rel=1e-6)
-        figure("1X to 6X against the harmonics of the surface", abs(line), height)
+        figure("1X to 12X against the harmonics of the surface", abs(line), height)
 
 
 def test_second_probe_reads_the_pattern_a_quarter_turn_later():
