@@ -123,6 +123,11 @@ def _variants(effect: Effect, reach: Reach, fixed: frozenset[str] = frozenset())
     largest = max(reached.values())
     acting = [name for name, own in reached.items() if own > 0 and (own == largest or own > MODIFIES * largest)]
     modifiers = frozenset(one.name for one in strengths if one.name not in acting)
+    if effect.STAGE == "sensor" and acting:
+        # A flaw of the chain adds up: what changes no line that is compared changes none beside the others.
+        idle = frozenset(name for name in modifiers if reached[name] == 0)
+        effect, coordinates = _without(effect, coordinates, idle)
+        modifiers -= idle
     whole = [Candidate(effect, coordinates, modifiers)] if acting else []
     single = [_alone(effect, coordinates, name, modifiers) for name in acting] if len(acting) > 1 else []
     return whole + single
@@ -130,13 +135,17 @@ def _variants(effect: Effect, reach: Reach, fixed: frozenset[str] = frozenset())
 
 def _alone(effect: Effect, coordinates: tuple[Coordinate, ...], kept: str, modifiers: frozenset[str]) -> Candidate:
     """Return the effect with one strength: the others are absent, but for those that only modify it."""
-    absent = {
-        c.parameter.name: c.parameter.zero
-        for c in coordinates
-        if c.parameter.zero is not None and c.parameter.name not in modifiers | {kept}
-    }
+    strengths = {c.parameter.name for c in coordinates if c.parameter.zero is not None}
+    return Candidate(*_without(effect, coordinates, frozenset(strengths - modifiers - {kept})), modifiers)
+
+
+def _without(
+    effect: Effect, coordinates: tuple[Coordinate, ...], names: frozenset[str]
+) -> tuple[Effect, tuple[Coordinate, ...]]:
+    """Return the effect and its coordinates, some strengths being absent and what goes with them."""
+    absent = {c.parameter.name: c.parameter.zero for c in coordinates if c.parameter.name in names}
     left = tuple(c for c in coordinates if not {c.parameter.name, c.parameter.only_with} & absent.keys())
-    return Candidate(effect.with_values(**absent), left, modifiers)
+    return effect.with_values(**absent), left
 
 
 def _parts(machine: Machine, effect: type[Effect], probes: Sequence[str] | None) -> list[str]:

@@ -35,6 +35,8 @@ HIGHEST_SHARE, FEWEST_PERIODS = 0.4, 2.5
 REPEATED = 0.1
 #: Half width of a Hann window's main lobe in lines of the spectrum.
 MAIN_LOBE = 2.0
+#: Widths of an order within which its skirt is looked for.
+SKIRT = 4.0
 #: Distance to the nearest locked order that a band keeps, as a share; half orders are locked up to this order.
 KEPT_CLEAR = 0.8
 HALVES_TO = 6.5
@@ -96,6 +98,7 @@ def line_sizes(
         if kind.envelope:
             deviations[~np.array(accelerations, dtype=bool), column] = np.inf
     _doubt_neighbours(sizes, deviations, bands, MAIN_LOBE * resolution)
+    _doubt_beside_orders(sizes, deviations, bands, locked[0] * speed_hz, spectra[False], resolution)
     return sizes, deviations
 
 
@@ -109,6 +112,36 @@ def _doubt_neighbours(
             if other != column and abs(place - frequency) < half + lobe_hz:
                 larger = np.where(own[:, other] > own[:, column], own[:, other], 0.0)
                 deviations[:, column] = np.hypot(deviations[:, column], larger)
+
+
+def _doubt_beside_orders(
+    sizes: np.ndarray,
+    deviations: np.ndarray,
+    bands: dict[int, tuple[float, float]],
+    orders_hz: np.ndarray,
+    power: np.ndarray,
+    resolution_hz: float,
+) -> None:
+    """Widen, in place, the deviation of lines whose band the rest of a larger order reaches into.
+
+    A drifting order does not come off whole, and its skirt looks like a line beside it: it overlaps the band, or the
+    spectrum rises from the band towards the order.
+    """
+    frequency = np.arange(power.shape[1]) * resolution_hz
+    reaches = np.maximum(WANDER * orders_hz, LEAST_BINS * resolution_hz)
+    for column, (place, half) in bands.items():
+        inside = np.abs(frequency - place) <= half
+        for order_hz, reach in zip(orders_hz, reaches, strict=True):
+            beyond = abs(order_hz - place) - half
+            if beyond >= SKIRT * reach:
+                continue
+            around = (np.abs(frequency - order_hz) <= reach) & ~inside
+            edge = place + np.sign(order_hz - place) * (half + 1.5 * resolution_hz)
+            beside = np.abs(frequency - edge) <= 1.5 * resolution_hz
+            rises = power[:, beside & ~inside].max(axis=1, initial=0.0) > power[:, inside].max(axis=1, initial=0.0)
+            rest = 2 * np.sqrt(power[:, around].sum(axis=1))
+            larger = np.where((rest > sizes[:, column]) & (rises | (beyond < reach)), rest, 0.0)
+            deviations[:, column] = np.hypot(deviations[:, column], larger)
 
 
 def least_seconds(order: float, kind: LineKind, speed_hz: float) -> float:

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 #: Harmonics of the surface's pattern: a dent of a tenth of the circumference has as many.
 HARMONICS = 12
+#: Those that any pattern shows. Higher ones are told where a spectrum shows them, not looked for.
+USUAL = 6
 
 
 def _height(harmonic: int, median_m: float, factor: float) -> Any:
@@ -119,11 +121,11 @@ class RunOut(SensorEffect):
         return record.with_signals(signals)
 
     def signature(self, machine: Machine) -> tuple[Line, ...]:
-        """Return the harmonics of the shaft that the first chosen probe looks at, strongest first."""
+        """Return the first six harmonics of the shaft that the first chosen probe looks at, strongest first."""
         assembly = machine.bare_assembly()
         probe = assembly.probes[self.chosen(assembly.probes)[0]]
         ratio = assembly.places[probe.location].shaft_ratio if probe.location in assembly.places else 1.0
-        heights = {n: height_m for n, height_m in enumerate(self.heights_m, start=1) if height_m}
+        heights = {n: height_m for n, height_m in enumerate(self.heights_m[:USUAL], start=1) if height_m}
         return tuple(
             Line(n * ratio, speed_exponent=0.0, load_exponent=0.0) for n in sorted(heights, key=lambda n: -heights[n])
         )

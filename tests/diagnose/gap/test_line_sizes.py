@@ -126,3 +126,22 @@ def test_the_envelope_is_that_of_the_high_band():
     signal = np.cos(2 * np.pi * 30 * TIME_S) + 0.4 * np.cos(2 * np.pi * 1200 * TIME_S)
     middle = high_envelope(signal[None], rate_hz=RATE_HZ, speed_hz=SPEED_HZ)[0, 1000:-1000]
     assert middle == pytest.approx(np.full(middle.size, 0.4), rel=1e-3)
+
+
+@pytest.mark.parametrize(("drift_hz", "away_hz"), [(0.1, 0.9), (0.2, 1.0), (0.2, -1.0), (0.4, 1.2)])
+def test_the_skirt_of_a_drifting_order_is_no_line(drift_hz, away_hz):
+    # Without a tacho the speed counts as steady: the order smears, and what is taken off leaves its skirts.
+    phase = 2 * np.pi * TURNS + drift_hz * TIME_S[-1] * np.cos(2 * np.pi * TIME_S / TIME_S[-1])
+    signal, kind = np.cos(phase), LineKind(phase=False, frequency_hz=SPEED_HZ + away_hz)
+    held = 2 * np.mean(signal * np.exp(-2j * np.pi * TURNS))
+    size, deviation = _sizes(signal, [0.0], [kind], locked=(held, 0.0, 0.0))
+    assert not size[0] > 3 * deviation[0]
+
+
+def test_a_line_stands_beside_a_steady_order():
+    signal = np.cos(2 * np.pi * TURNS) + 0.02 * np.cos(2 * np.pi * (SPEED_HZ + 1.5) * TIME_S)
+    size, deviation = _sizes(
+        signal, [0.0], [LineKind(phase=False, frequency_hz=SPEED_HZ + 1.5)], locked=(1.0, 0.0, 0.0)
+    )
+    assert size[0] == pytest.approx(0.02, rel=0.05)
+    assert size[0] > 5 * deviation[0]
