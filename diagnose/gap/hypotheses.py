@@ -143,7 +143,7 @@ def _without(
     effect: Effect, coordinates: tuple[Coordinate, ...], names: frozenset[str]
 ) -> tuple[Effect, tuple[Coordinate, ...]]:
     """Return the effect and its coordinates, some strengths being absent and what goes with them."""
-    absent = {c.parameter.name: c.parameter.zero for c in coordinates if c.parameter.name in names}
+    absent = {c.parameter.name: c.parameter.zero or 0.0 for c in coordinates if c.parameter.name in names}
     left = tuple(c for c in coordinates if not {c.parameter.name, c.parameter.only_with} & absent.keys())
     return effect.with_values(**absent), left
 

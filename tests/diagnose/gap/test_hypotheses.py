@@ -35,6 +35,15 @@ def test_one_probe_at_a_place_is_that_place():
 def test_a_harmonic_that_is_absent_has_no_angle():
     place = next(iter(PLACES))
     unknowns = [[c.parameter.name for c in one.coordinates] for one in competing("run_out") if one.effect.at == place]
-    single = [[f"harmonic_{n}_m", f"angle_{n}_rad"] for n in range(1, 7)]
-    assert sorted(unknowns, key=len)[:6] == single
-    assert len(max(unknowns, key=len)) == 12
+    single = [[f"harmonic_{n}_m", f"angle_{n}_rad"] for n in range(1, 13)]
+    assert sorted(unknowns, key=len)[:12] == single
+    assert len(max(unknowns, key=len)) == 24
+
+
+def test_harmonics_of_lines_that_are_not_compared_are_left_out():
+    higher = {f"harmonic_{n}_m" for n in range(7, 13)}
+    found = competing("run_out", reach=lambda one: float(not higher & {c.parameter.name for c in one.coordinates}))
+    whole = max(found, key=lambda one: len(one.coordinates))
+    assert len(whole.strengths) == 6
+    assert len(whole.coordinates) == 12
+    assert not any(whole.effect.values()[name] for name in higher)
