@@ -30,6 +30,8 @@ def simple_pairs(
     tell: Tell = lambda _: None,
 ) -> list[Fit]:
     """Return the fits of two such effects that have clearly more evidence than the best of one; as `two_effects`."""
+    if not problem.predictor.repeats(problem.baseline.machine):
+        return []
     every = best_of_each(singles)
     best, hopeless = every[0].log_evidence, hopeless_beside(every[0], none, unknown)
     tried: set[frozenset[object]] = set()

@@ -83,8 +83,10 @@ def two_effects(
 def best_jointly(found: Sequence[Fit], problem: Problem, best: float, unknown: float) -> list[Fit]:
     """Return the pairs with clearly more evidence than ``best``, the machine re-fitted beside those that have most."""
     joint: list[Fit] = []
-    level = -math.inf
-    for fit in sorted(found, key=lambda fit: -fit.log_evidence)[:JOINT]:
+    level, ranked = -math.inf, best_of_each(found)[:JOINT]
+    # The place that a few steps prefer may not be the one that the machine's unknowns do.
+    elsewhere = [fit for fit in found if ranked and fit.names == ranked[0].names and fit is not ranked[0]]
+    for fit in (*ranked[:1], *sorted(elsewhere, key=lambda fit: -fit.log_evidence)[:1], *ranked[1:]):
         contact = any(one.effect.IDEALISED for one in fit.candidates)
         if contact and fit.log_evidence < unknown - OVERTAKEN:
             # Minutes of simulations for the machine's unknowns, for a pair that something unknown has passed.
