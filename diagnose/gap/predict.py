@@ -90,7 +90,6 @@ class Predictor:
     _motions: dict[str, Moving] = field(default_factory=dict)
     _stepped: dict[Stepped, list[Simulation | None]] = field(default_factory=dict)
     _spoiling: dict[str, bool] = field(default_factory=dict)
-    _lengths: tuple[Machine, tuple[float, ...]] | None = None
 
     @property
     def phase_orders(self) -> np.ndarray:
@@ -142,7 +141,8 @@ class Predictor:
             try:
                 if isinstance(own, RotorwiseError):
                     raise _NotPeriodicError(str(own))
-                self._keep(key, np.stack([self._seen(machine, motion, i) for i, motion in enumerate(own)]))
+                lengths = self._least_seconds(machine) if sensor_effects(machine) else (0.0,) * len(own)
+                self._keep(key, np.stack([self._seen(machine, motion, i, lengths[i]) for i, motion in enumerate(own)]))
             except _NotPeriodicError:
                 in_time.append((key, machine, self._repeating(machine)))
         if most_in_time is not None and len(in_time) > most_in_time:
@@ -171,7 +171,6 @@ class Predictor:
                 for (key, lengths), own in self._stepped.items()
             },
             _spoiling=self._spoiling,
-            _lengths=None,
         )
 
     def at(self, conditions: Sequence[Condition]) -> Predictor:
@@ -234,12 +233,12 @@ class Predictor:
             self._motions.pop(next(iter(self._motions)))
         return [found[machine.to_toml()] for machine in machines]
 
-    def _seen(self, machine: Machine, motion: PeriodicMotion, index: int) -> np.ndarray:
+    def _seen(self, machine: Machine, motion: PeriodicMotion, index: int, least_s: float) -> np.ndarray:
         balanced = self._balanced(motion)
         if not sensor_effects(machine):
             return balanced
         speed, rate_hz = motion.speed_rad_s, self.rates_hz[index]
-        least_s = max(CHAIN_TURNS * 2 * math.pi / speed, self._least_seconds(machine)[index])
+        least_s = max(CHAIN_TURNS * 2 * math.pi / speed, least_s)
         enough = max(math.ceil(least_s * rate_hz), CHAIN_SAMPLES)
         phase = speed * np.arange(min(self.samples[index], enough)) / rate_hz
         return self._recorded(machine, motion.probes, motion.waveform(phase), phase, index, untouched=balanced)
@@ -257,15 +256,10 @@ class Predictor:
 
     def _least_seconds(self, machine: Machine) -> tuple[float, ...]:
         """Return for each condition how long a record must be for the lines that the machine's effects state."""
-        if self._lengths and self._lengths[0] is machine:
-            return self._lengths[1]
         stated = [(type(effect), line) for effect in machine.effects for line in effect.signature(machine)]
         sizes = [size_line(effect, line) for effect, line in stated if not is_locked(line)]
         speeds = [condition.speed_rpm / 60 for condition in self.conditions]
-        found = tuple(max((least_seconds(*one, speed) for one in sizes), default=0.0) for speed in speeds)
-        # Asked for once a condition.
-        self._lengths = machine, found
-        return found
+        return tuple(max((least_seconds(*one, speed) for one in sizes), default=0.0) for speed in speeds)
 
     def _recorded(
         self,
