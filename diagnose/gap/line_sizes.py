@@ -130,17 +130,16 @@ def _doubt_beside_orders(
     frequency = np.arange(power.shape[1]) * resolution_hz
     reaches = np.maximum(WANDER * orders_hz, LEAST_BINS * resolution_hz)
     for column, (place, half) in bands.items():
-        inside = np.abs(frequency - place) <= half
-        for order_hz, reach in zip(orders_hz, reaches, strict=True):
-            beyond = abs(order_hz - place) - half
-            if beyond >= SKIRT * reach:
-                continue
+        beyond = np.abs(orders_hz - place) - half
+        for number in np.flatnonzero(beyond < SKIRT * reaches):
+            order_hz, reach = orders_hz[number], reaches[number]
+            inside = np.abs(frequency - place) <= half
             around = (np.abs(frequency - order_hz) <= reach) & ~inside
             edge = place + np.sign(order_hz - place) * (half + 1.5 * resolution_hz)
             beside = np.abs(frequency - edge) <= 1.5 * resolution_hz
             rises = power[:, beside & ~inside].max(axis=1, initial=0.0) > power[:, inside].max(axis=1, initial=0.0)
             rest = 2 * np.sqrt(power[:, around].sum(axis=1))
-            larger = np.where((rest > sizes[:, column]) & (rises | (beyond < reach)), rest, 0.0)
+            larger = np.where((rest > sizes[:, column]) & (rises | (beyond[number] < reach)), rest, 0.0)
             deviations[:, column] = np.hypot(deviations[:, column], larger)
 
 

@@ -22,7 +22,7 @@ from .responses import Responses
 from .screen import Start
 from .screening import FAR_BEHIND, TIMES_WORSE, Screening, few_of_each
 from .simple_pairs import simple_pairs
-from .two_effects import CLOSE, EXPLAINED, MOVES, explains_little, two_effects
+from .two_effects import CLOSE, EXPLAINED, MOVES, best_of_each, explains_little, two_effects
 from .unknown_force import Unknown, unexplained
 
 #: Probability before any measurement that nothing, one effect, two effects, something unknown, or one effect with
@@ -130,7 +130,7 @@ def search(
         screening, seen = screening.finer(), {options[0].candidate: options[0].score for options in screened}
         finer, first_look = _worth_following(screening, problem, none)
         better = [o for o in finer[:FINISHED] if o[0].score > seen.get(o[0].candidate, -math.inf) + BETTER]
-        singles = _best_of_each([*singles, *_singles(better, screening, problem, others, tell)])
+        singles = best_of_each([*singles, *_singles(better, screening, problem, others, tell)], place=True)
     if singles and not (pairs and _explain(pairs, EXPLAINED)):
         pairs += two_effects(singles, screening, problem, *others, tell)
     opposed = tuple(fit for fit in pairs if rest_of_both(fit, problem) < NEARLY_NOTHING)
@@ -188,7 +188,7 @@ def _singles(
     ``others`` are that of no effect, and the evidence for something unknown.
     """
     finished = _finished(_begun(screened, screening, problem, tell), problem)
-    fits = _best_of_each([_scanned(fit, problem) for fit in finished])
+    fits = best_of_each([_scanned(fit, problem) for fit in finished], place=True)
     fits = [looked_about(fit, problem) if _is_rough(fit, *others) else fit for fit in fits[:1]] + fits[1:]
     begun = [fit for fit in fits if fit.log_evidence > others[0].log_evidence - HOPELESS]
     return _jointly_best(begun, problem, others[0]) if begun else []
@@ -243,14 +243,6 @@ def _finished(begun: list[tuple[Candidate, list[Climbed]]], problem: Problem) ->
         fits = [refined([one], first.position, compared, machine, predictor) for first in tried]
         found += sorted((fit for fit in fits if fit), key=lambda fit: -fit.log_evidence)[:1]
     return found
-
-
-def _best_of_each(fits: list[Fit]) -> list[Fit]:
-    """Return the best fit of each candidate, the best first."""
-    kept: dict[tuple[Candidate, ...], Fit] = {}
-    for fit in sorted(fits, key=lambda fit: -fit.log_evidence):
-        kept.setdefault(fit.candidates, fit)
-    return list(kept.values())
 
 
 def _is_rough(fit: Fit, none: Fit, unknown: float) -> bool:

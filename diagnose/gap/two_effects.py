@@ -119,11 +119,11 @@ def repeat(leader: Fit, partner: Start, problem: Problem) -> bool:
     return problem.predictor.repeats(machine.with_effects(partner.candidate.at(partner.position)))
 
 
-def best_of_each(fits: Sequence[Fit]) -> list[Fit]:
-    """Return the best fit of each set of names, the best first."""
-    kept: dict[tuple[str, ...], Fit] = {}
+def best_of_each(fits: Sequence[Fit], *, place: bool = False) -> list[Fit]:
+    """Return the best fit of each set of names, or of each ``place`` and variant of theirs; the best first."""
+    kept: dict[tuple[object, ...], Fit] = {}
     for fit in sorted(fits, key=lambda fit: -fit.log_evidence):
-        kept.setdefault(fit.names, fit)
+        kept.setdefault(fit.candidates if place else fit.names, fit)
     return list(kept.values())
 
 

@@ -116,7 +116,7 @@ class RunOut(SensorEffect):
             for n, height_m in enumerate(self.heights_m, start=1):
                 if height_m:
                     signals[i] += np.real(height_m * np.exp(1j * n * getattr(self, f"angle_{n}_rad")) * harmonic)
-                # A product each: a cosine costs ten times as much.
+                # A product each costs less than a cosine.
                 harmonic = harmonic * turning
         return record.with_signals(signals)
 
