@@ -24,6 +24,7 @@ from .screening import FAR_BEHIND, TIMES_WORSE, Screening, few_of_each
 from .simple_pairs import simple_pairs
 from .two_effects import CLOSE, EXPLAINED, MOVES, best_of_each, explains_little, two_effects
 from .unknown_force import Unknown, unexplained
+from .within_law import LESS_PROBABLE, within_its_law
 
 #: Probability before any measurement that nothing, one effect, two effects, something unknown, or one effect with
 #: something unknown beside it is the cause.
@@ -340,6 +341,9 @@ def _posterior(
     logs["unknown",] = [unknown.log_evidence + math.log(PRIOR["unknown"])]
     # An effect at several places: the places share its prior.
     totals = {names: _log_sum(values) - math.log(len(values)) for names, values in logs.items()}
+    within = within_its_law(fits, none, unknown.log_evidence, misfit=MISFIT)
+    if within:
+        totals["unknown",] = min(totals["unknown",], totals[within.names] - math.log(LESS_PROBABLE))
     top = max(totals, key=lambda names: totals[names])
     misfit = 1.0
     if "unknown" not in top:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...simulators.effect import Effect
 from ...simulators.errors import RotorwiseError
 from ...simulators.machine import Machine
 from .evidence import Comparison
@@ -31,8 +32,15 @@ def may_show(candidate: Candidate, machine: Machine, compared: Comparison) -> bo
     compared : Comparison
         The lines to explain against what is expected without any effect.
     """
+    # A strength that is absent may say where the lines of another lie, as the slip of a bearing does: they are looked
+    # for where the whole effect states them, too.
+    own, whole = candidate.effect, type(candidate.effect)(at=candidate.effect.at)
+    return any(_has_grown(effect, machine, compared) for effect in {own: None, whole: None})
+
+
+def _has_grown(effect: Effect, machine: Machine, compared: Comparison) -> bool:
     try:
-        lines = candidate.effect.signature(machine)
+        lines = effect.signature(machine)
     except RotorwiseError:
         return True
     if any(is_locked(line) for line in lines):
@@ -47,7 +55,7 @@ def may_show(candidate: Candidate, machine: Machine, compared: Comparison) -> bo
     ]
     if not columns:
         # A line that may lie anywhere and was found nowhere is not there.
-        return not lines or not all(is_anywhere(candidate.effect, line) for line in lines)
+        return not lines or not all(is_anywhere(effect, line) for line in lines)
     return bool((sigmas(compared)[:, :, columns] > SHOWN).any())
 
 

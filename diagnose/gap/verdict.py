@@ -31,6 +31,7 @@ from .shown_lines import sigmas
 from .tuned import SAME, in_band
 from .wanted_lines import is_locked
 from .waveform import SUSPECTED, accounts_for_lines
+from .within_law import loose_law_words
 from .words import alternative_words
 
 if TYPE_CHECKING:
@@ -144,6 +145,7 @@ def _own_remarks(
     for rival in rivals:
         if rival.candidates:
             said.append(alternative_words(_causes(rival, posterior.probabilities, prepared.baseline.machine)))
+    said += loose_law_words(best, posterior.unknown.log_evidence)
     return [*said, *opposing_words(best, here), *one_line_words(best), *_pulse(prepared.pulse_rad)]
 
 

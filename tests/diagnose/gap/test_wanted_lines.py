@@ -64,6 +64,22 @@ def test_an_effect_whose_line_may_lie_anywhere_is_tried_only_where_one_was_found
     assert may_show(_candidate("unbalance"), rotor, there)
 
 
+def test_a_defect_of_a_bearing_is_looked_for_where_the_balls_pass_whatever_its_slip():
+    """One strength is asked for at a time: a pit without slip passes elsewhere, where only noise is."""
+    rig = find_machine("test_rig")
+    orders, kinds = wanted_lines(rig, highest=6.0, speeds_rpm=SPEEDS_RPM)
+    stated, still = (_candidate("outer_race_defect", slip=slip).effect.signature(rig)[0].order for slip in (0.015, 0.0))
+    # A line of another effect lies where the balls pass without slip.
+    orders, kinds = (*orders, still), (*kinds, LineKind(phase=False, envelope=True))
+    silent = _silent(orders, kinds)
+    passing = min(range(len(orders)), key=lambda k: (not kinds[k].envelope, abs(orders[k] - stated)))
+    assert orders[passing] == pytest.approx(stated, rel=0.005)
+    heard = _silent(orders, kinds, clear=passing)
+    for slip in (0.015, 0.0):
+        assert may_show(_candidate("outer_race_defect", slip=slip), rig, heard)
+        assert not may_show(_candidate("outer_race_defect", slip=slip), rig, silent)
+
+
 def _candidate(name, **values):
     effect = effect_catalogue()[name]().with_values(**values)
     return Candidate(effect, coordinates_of(effect.parameters()))

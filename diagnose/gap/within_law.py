@@ -1,0 +1,71 @@
+"""An effect that explains the lines within its law is not passed by something unknown for being a little tighter.
+
+Something unknown takes the size of each order, and how it grows, from the data; the width of an effect's law is given.
+Where the lines are clear, a wide law costs an effect evidence that speaks for nothing else: a force at the place of a
+loose support describes what a loose support does more tightly than a law that may be wrong by a tenth at every probe.
+What tells the two apart is whether more than noise is left. An effect of another name leaves far more, see the table in
+the README of this package.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .null_distribution import chance_of_residual
+from .refine import Fit
+
+#: Evidence over nothing at all that an effect needs: of faint lines any effect leaves only noise.
+CLEAR = 100.0
+#: Share of that which something unknown may be ahead by, and most that it may; where the law is wide: it is an
+#: idealisation, or only sizes of lines are compared.
+SHARE, MOST_BEHIND, MOST_OF_WIDE = 0.02, 30.0, 100.0
+#: Most of the squared residual that the effect itself, without the tolerance of its law, may leave.
+LEFT = 0.5
+#: How much less probable than such an effect something unknown is.
+LESS_PROBABLE = 20.0
+
+
+def within_its_law(fits: Sequence[Fit], none: Fit, unknown: float, *, misfit: float) -> Fit | None:
+    """Return the best single effect that leaves only noise and is hardly behind something unknown; None without one.
+
+    Parameters
+    ----------
+    fits : sequence of Fit
+    none : Fit
+        Of no effect.
+    unknown : float
+        Logarithm of the evidence for something unknown.
+    misfit : float
+        Chance below which what an effect leaves is more than noise.
+    """
+    singles = [fit for fit in fits if len(fit.candidates) == 1 and not fit.unknown_beside]
+    if not singles:
+        return None
+    best = max(singles, key=lambda fit: fit.log_evidence)
+    gain = best.log_evidence - none.log_evidence
+    behind = unknown - best.log_evidence
+    if gain < CLEAR or behind > min(SHARE * gain, MOST_OF_WIDE if _is_wide(best) else MOST_BEHIND):
+        return None
+    if best.residual @ best.residual > LEFT * (none.residual @ none.residual):
+        return None
+    return best if chance_of_residual(best) > misfit else None
+
+
+def _is_wide(fit: Fit) -> bool:
+    if fit.candidates[0].effect.IDEALISED or fit.compared is None:
+        return fit.candidates[0].effect.IDEALISED
+    made = np.abs(fit.response).max(axis=(0, 1)) > 0
+    return not any(kind.phase for kind, own in zip(fit.compared.lines.kinds, made, strict=True) if own)
+
+
+def loose_law_words(named: Fit, unknown: float) -> list[str]:
+    """Return a remark where the single effect that is named fits less tightly than something unknown."""
+    if len(named.candidates) != 1 or named.unknown_beside or unknown <= named.log_evidence:
+        return []
+    name = named.candidates[0].name.replace("_", " ")
+    return [
+        f"Forces without any law describe the lines more tightly than {name} does: it explains them within the "
+        "tolerance of its law, but that law is not quite the one here. Values may lie outside their intervals."
+    ]

@@ -1,0 +1,76 @@
+"""An effect that leaves only noise keeps its name beside something unknown that is a little tighter; no other does."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rotorwise.diagnose.gap.hypotheses import Candidate, candidates
+from rotorwise.diagnose.gap.refine import Fit
+from rotorwise.diagnose.gap.within_law import loose_law_words, within_its_law
+from rotorwise.simulators import rigid_coupling
+
+REALS = 40
+
+
+@pytest.fixture(scope="module")
+def by_name() -> dict[str, Candidate]:
+    found = candidates(rigid_coupling, probes=[one.name for one in rigid_coupling.bare_assembly().probes])
+    return {one.name: one for one in found}
+
+
+def _fit(*chosen: Candidate, evidence: float, sigmas: float = 1.0) -> Fit:
+    """A fit that leaves so many standard deviations in every real."""
+    count = sum(len(one.coordinates) for one in chosen)
+    lines = np.zeros((1, 1, 1), dtype=complex)
+    slopes, law = np.zeros((count, 1, 1, 1), dtype=complex), np.zeros((0, REALS))
+    left = sigmas * np.ones(REALS)
+    return Fit(chosen, np.zeros(count), np.eye(count), lines, slopes, evidence, left, law)
+
+
+NONE = _fit(evidence=-9000.0, sigmas=20.0)
+
+
+@pytest.mark.parametrize(("name", "behind", "kept"), [("looseness", 61, True), ("looseness", 101, False)])
+def test_an_idealised_law_may_be_farther_behind(by_name, name, behind, kept):
+    fit = _fit(by_name[name], evidence=0.0)
+    assert (within_its_law([fit], NONE, behind, misfit=1e-3) is fit) == kept
+
+
+@pytest.mark.parametrize(("behind", "kept"), [(-5, True), (2, True), (29, True), (31, False)])
+def test_an_effect_of_a_known_law_hardly_so(by_name, behind, kept):
+    fit = _fit(by_name["unbalance"], evidence=0.0)
+    assert (within_its_law([fit], NONE, behind, misfit=1e-3) is fit) == kept
+
+
+def test_what_leaves_more_than_noise_is_passed(by_name):
+    fit = _fit(by_name["looseness"], evidence=0.0, sigmas=2.0)
+    assert within_its_law([fit], NONE, 2.0, misfit=1e-3) is None
+
+
+def test_what_explains_little_more_than_nothing_is_passed(by_name):
+    fit = _fit(by_name["unbalance"], evidence=0.0)
+    assert within_its_law([fit], replace(NONE, log_evidence=-90.0), 1.0, misfit=1e-3) is None
+    # Of a gain of 200, 4 may be missing.
+    faint = replace(NONE, log_evidence=-200.0)
+    assert within_its_law([fit], faint, 3.9, misfit=1e-3) is fit
+    assert within_its_law([fit], faint, 4.1, misfit=1e-3) is None
+
+
+def test_what_only_its_law_s_tolerance_explains_is_passed(by_name):
+    # A rub or a looseness that bends itself to other lines leaves more than it takes, within so wide a law.
+    fit = _fit(by_name["looseness"], evidence=0.0, sigmas=18.0)
+    wide = replace(fit, law=20.0 * np.eye(REALS))
+    assert within_its_law([wide], NONE, 2.0, misfit=1e-3) is None
+    assert within_its_law([replace(wide, residual=wide.residual / 2)], NONE, 2.0, misfit=1e-3) is not None
+
+
+def test_two_effects_have_no_such_right(by_name):
+    # Two together imitate a third far more often than one does.
+    both = _fit(by_name["unbalance"], by_name["run_out"], evidence=0.0)
+    assert within_its_law([both], NONE, 1.0, misfit=1e-3) is None
+
+
+def test_the_answer_says_that_the_law_is_another(by_name):
+    fit = _fit(by_name["looseness"], evidence=0.0)
+    assert "looseness" in loose_law_words(fit, 61.0)[0]
+    assert not loose_law_words(fit, -61.0)
