@@ -52,6 +52,7 @@ def line_sizes(
     kinds: Sequence[LineKind],
     accelerations: Sequence[bool],
     missing_noise: np.ndarray | None = None,
+    doubted: bool = True,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return amplitudes and standard deviations, both (channels, lines); infinite deviations where nothing is seen.
 
@@ -70,6 +71,8 @@ def line_sizes(
     missing_noise : ndarray (channels,), optional
         Standard deviation of the noise in the envelope's band that the signals do not hold, but the records that they
         are compared with do.
+    doubted : bool
+        Whether deviations hold what neighbouring lines and orders may have left in a band.
     """
     speed_hz = (turns[-1] - turns[0]) / (turns.size - 1) * rate_hz
     left = signals - signals.mean(axis=1, keepdims=True)
@@ -97,8 +100,9 @@ def line_sizes(
             bands[column] = frequency, half
         if kind.envelope:
             deviations[~np.array(accelerations, dtype=bool), column] = np.inf
-    _doubt_neighbours(sizes, deviations, bands, MAIN_LOBE * resolution)
-    _doubt_beside_orders(sizes, deviations, bands, locked[0] * speed_hz, spectra[False], resolution)
+    if doubted:
+        _doubt_neighbours(sizes, deviations, bands, MAIN_LOBE * resolution)
+        _doubt_beside_orders(sizes, deviations, bands, locked[0] * speed_hz, spectra[False], resolution)
     return sizes, deviations
 
 

@@ -115,5 +115,6 @@ def lines_of_record(
             kinds=[kind for kind in kinds if not kind.phase],
             accelerations=[record.channels[row].quantity == "acceleration" for row in rows],
             missing_noise=missing_noise,
+            doubted=False,
         )[0]
     return result
