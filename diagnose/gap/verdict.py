@@ -11,9 +11,10 @@ import numpy as np
 
 from ...simulators.effect import effect_catalogue
 from ...simulators.machine import Machine
+from .closest import closest_words
 from .coordinates import values_at
 from .empirical import AddedForce, as_effect
-from .evidence import Comparison, Widened
+from .evidence import Comparison
 from .form_words import form_words
 from .gain import explained
 from .judged import judged
@@ -141,27 +142,12 @@ def _own_remarks(
     if nameless and posterior.opposed:
         said.append(not_named_words(posterior.opposed[0], here))
     elif nameless:
-        said += _closest(posterior)
+        said += closest_words(posterior.fits, posterior.none)
     for rival in rivals:
         if rival.candidates:
             said.append(alternative_words(_causes(rival, posterior.probabilities, prepared.baseline.machine)))
     said += loose_law_words(best, posterior.unknown.log_evidence)
     return [*said, *opposing_words(best, here), *one_line_words(best), *_pulse(prepared.pulse_rad)]
-
-
-def _closest(posterior: Posterior) -> tuple[str, ...]:
-    """Return in words which known effect explains most of what is unknown; nothing where none explains half of it."""
-    if all(fit.unknown_beside for fit in posterior.fits):
-        return ()
-    best = max((fit for fit in posterior.fits if not fit.unknown_beside), key=lambda fit: fit.log_evidence)
-    left = float(best.residual @ Widened(best.law).solve(best.residual))
-    share = 1 - left / max(float(posterior.none.residual @ posterior.none.residual), 1e-300)
-    if share < 0.5:
-        return ()
-    named = " and ".join(str(candidate).replace("_", " ") for candidate in best.candidates)
-    explains = "nearly all" if share > 0.99 else f"{share:.0%}"
-    does = "comes closest: it explains" if len(best.candidates) == 1 else "come closest: together they explain"
-    return (f"Of the known effects {named} {does} {explains} of what differs, not the rest.",)
 
 
 def _pulse(angle_rad: float) -> tuple[str, ...]:

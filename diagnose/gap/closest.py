@@ -1,0 +1,71 @@
+"""Which known effect comes closest to what is unknown, with which values, and whether they stand at their bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ...simulators.parameter import Uniform
+from .coordinates import values_at
+from .evidence import Widened
+from .hypotheses import Candidate
+from .refine import Fit
+
+#: Share of what differs that an effect must explain to be told, and from which on it explains nearly all.
+WORTH_TELLING, NEARLY_ALL = 0.5, 0.99
+#: So near to a bound, as a share of it, a value stands at it.
+AT_BOUND = 0.01
+
+
+def closest_words(fits: Sequence[Fit], none: Fit) -> tuple[str, ...]:
+    """Return in words which known effects explain most; nothing where none explains half of what differs.
+
+    Parameters
+    ----------
+    fits : sequence of Fit
+        Of one and two effects.
+    none : Fit
+        Of no effect.
+    """
+    fits = [fit for fit in fits if not fit.unknown_beside]
+    if not fits:
+        return ()
+    best = max(fits, key=lambda fit: fit.log_evidence)
+    left = float(best.residual @ Widened(best.law).solve(best.residual))
+    share = 1 - left / max(float(none.residual @ none.residual), 1e-300)
+    if share < WORTH_TELLING:
+        return ()
+    named = " and ".join(str(candidate).replace("_", " ") for candidate in best.candidates)
+    explains = "nearly all" if share > NEARLY_ALL else f"{share:.0%}"
+    does = "comes closest: it explains" if len(best.candidates) == 1 else "come closest: together they explain"
+    said = f"Of the known effects {named} {does} {explains} of what differs, not the rest."
+    return (" ".join([said, *_values(best)]),)
+
+
+def _values(fit: Fit) -> list[str]:
+    """Return the strengths of each effect in words, and what stands at the end of what is allowed."""
+    found, at_bound, start = [], [], 0
+    for candidate in fit.candidates:
+        stop = start + len(candidate.coordinates)
+        values = values_at(candidate.coordinates, fit.position[start:stop])
+        strengths = [candidate.coordinates[number].parameter.name for number in candidate.strengths]
+        found += [f"{name} {values[name]:.3g}" for name in strengths]
+        at_bound += _at_bounds(candidate, values)
+        start = stop
+    said = [f"Fitted to it all the same: {', '.join(found)}."] if found else []
+    if at_bound:
+        said.append(f"At the end of what the effect allows: {', '.join(at_bound)}; more of it may be the cause.")
+    return said
+
+
+def _at_bounds(candidate: Candidate, values: dict[str, float]) -> list[str]:
+    found = []
+    for number in candidate.strengths:
+        parameter = candidate.coordinates[number].parameter
+        prior = parameter.prior
+        usual = (prior.low, prior.high) if isinstance(prior, Uniform) else ()
+        # The end where the effect is absent says nothing.
+        ends = [end for end in dict.fromkeys((*parameter.bounds, *usual)) if end != parameter.zero]
+        found += [
+            f"{parameter.name} = {end:g}" for end in ends if abs(values[parameter.name] - end) <= AT_BOUND * abs(end)
+        ]
+    return found
