@@ -18,9 +18,8 @@ from .refine import Fit
 
 #: Evidence over nothing at all that an effect needs: of faint lines any effect leaves only noise.
 CLEAR = 100.0
-#: Share of that which something unknown may be ahead by, and most that it may; where the law is wide: it is an
-#: idealisation, or only sizes of lines are compared.
-SHARE, MOST_BEHIND, MOST_OF_WIDE = 0.02, 30.0, 100.0
+#: Share of that which something unknown may be ahead by, and most that it may.
+SHARE, MOST_BEHIND = 0.02, 100.0
 #: Most of the squared residual that the effect itself, without the tolerance of its law, may leave.
 LEFT = 0.5
 #: How much less probable than such an effect something unknown is.
@@ -46,7 +45,7 @@ def within_its_law(fits: Sequence[Fit], none: Fit, unknown: float, *, misfit: fl
     best = max(singles, key=lambda fit: fit.log_evidence)
     gain = best.log_evidence - none.log_evidence
     behind = unknown - best.log_evidence
-    if gain < CLEAR or behind > min(SHARE * gain, MOST_OF_WIDE if _is_wide(best) else MOST_BEHIND):
+    if not _is_wide(best) or gain < CLEAR or behind > min(SHARE * gain, MOST_BEHIND):
         return None
     if best.residual @ best.residual > LEFT * (none.residual @ none.residual):
         return None
@@ -54,6 +53,10 @@ def within_its_law(fits: Sequence[Fit], none: Fit, unknown: float, *, misfit: fl
 
 
 def _is_wide(fit: Fit) -> bool:
+    """Return whether the law is wide: it is an idealisation, or only sizes of lines tell the effect.
+
+    Of others the evidence itself is to be believed: a run-out that imitates a sensor put on anew leaves only noise, too.
+    """
     if fit.candidates[0].effect.IDEALISED or fit.compared is None:
         return fit.candidates[0].effect.IDEALISED
     made = np.abs(fit.response).max(axis=(0, 1)) > 0

@@ -31,15 +31,15 @@ NONE = _fit(evidence=-9000.0, sigmas=20.0)
 
 
 @pytest.mark.parametrize(("name", "behind", "kept"), [("looseness", 61, True), ("looseness", 101, False)])
-def test_an_idealised_law_may_be_farther_behind(by_name, name, behind, kept):
+def test_an_idealised_law_may_be_behind(by_name, name, behind, kept):
     fit = _fit(by_name[name], evidence=0.0)
     assert (within_its_law([fit], NONE, behind, misfit=1e-3) is fit) == kept
 
 
-@pytest.mark.parametrize(("behind", "kept"), [(-5, True), (2, True), (29, True), (31, False)])
-def test_an_effect_of_a_known_law_hardly_so(by_name, behind, kept):
-    fit = _fit(by_name["unbalance"], evidence=0.0)
-    assert (within_its_law([fit], NONE, behind, misfit=1e-3) is fit) == kept
+@pytest.mark.parametrize("behind", [-5, 2, 29])
+def test_an_effect_of_a_known_law_has_no_need_of_it(by_name, behind):
+    # A run-out that imitates a sensor put on anew leaves only noise, too.
+    assert within_its_law([_fit(by_name["unbalance"], evidence=0.0)], NONE, behind, misfit=1e-3) is None
 
 
 def test_what_leaves_more_than_noise_is_passed(by_name):
@@ -48,7 +48,7 @@ def test_what_leaves_more_than_noise_is_passed(by_name):
 
 
 def test_what_explains_little_more_than_nothing_is_passed(by_name):
-    fit = _fit(by_name["unbalance"], evidence=0.0)
+    fit = _fit(by_name["looseness"], evidence=0.0)
     assert within_its_law([fit], replace(NONE, log_evidence=-90.0), 1.0, misfit=1e-3) is None
     # Of a gain of 200, 4 may be missing.
     faint = replace(NONE, log_evidence=-200.0)
