@@ -3,8 +3,8 @@
 Something unknown takes the size of each order, and how it grows, from the data; the width of an effect's law is given.
 Where the lines are clear, a wide law costs an effect evidence that speaks for nothing else: a force at the place of a
 loose support describes what a loose support does more tightly than a law that may be wrong by a tenth at every probe.
-What tells the two apart is whether more than noise is left. An effect of another name leaves far more, see the table in
-the README of this package.
+What tells the two apart is whether more than noise is left. An effect of another name leaves far more, see
+"Within its law" in the README of this package.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def within_its_law(fits: Sequence[Fit], none: Fit, unknown: float, *, misfit: fl
 def _is_wide(fit: Fit) -> bool:
     """Return whether the law is wide: it is an idealisation, or only sizes of lines tell the effect.
 
-    Of others the evidence itself is to be believed: a run-out that imitates a sensor put on anew leaves only noise, too.
+    Of others the evidence is to be believed: a run-out that imitates a sensor put on anew leaves only noise, too.
     """
     if fit.candidates[0].effect.IDEALISED or fit.compared is None:
         return fit.candidates[0].effect.IDEALISED
