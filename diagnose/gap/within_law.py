@@ -22,6 +22,8 @@ CLEAR = 100.0
 SHARE, MOST_BEHIND = 0.02, 100.0
 #: Most of the squared residual that the effect itself, without the tolerance of its law, may leave.
 LEFT = 0.5
+#: Share of d2 below which lines with phase do not tell an effect: sizes do.
+LOCKED = 0.1
 #: How much less probable than such an effect something unknown is.
 LESS_PROBABLE = 20.0
 
@@ -59,8 +61,9 @@ def _is_wide(fit: Fit) -> bool:
     """
     if fit.candidates[0].effect.IDEALISED or fit.compared is None:
         return fit.candidates[0].effect.IDEALISED
-    made = np.abs(fit.response).max(axis=(0, 1)) > 0
-    return not any(kind.phase for kind, own in zip(fit.compared.lines.kinds, made, strict=True) if own)
+    phases = np.array([kind.phase for kind in fit.compared.lines.kinds])
+    whole, locked = (fit.compared.detectability(own) for own in (fit.response, np.where(phases, fit.response, 0.0)))
+    return locked < LOCKED * whole
 
 
 def loose_law_words(named: Fit, unknown: float) -> list[str]:
