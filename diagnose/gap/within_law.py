@@ -20,7 +20,8 @@ from .refine import Fit
 CLEAR = 100.0
 #: Share of that which something unknown may be ahead by, and most that it may.
 SHARE, MOST_BEHIND = 0.02, 100.0
-#: Most of the squared residual that the effect itself, without the tolerance of its law, may leave.
+#: Most of the squared residual that an idealised effect, without the tolerance of its law, may leave. Sizes are
+#: predicted to a factor, and may leave more than was there.
 LEFT = 0.5
 #: Share of d2 below which lines with phase do not tell an effect: sizes do.
 LOCKED = 0.1
@@ -49,7 +50,8 @@ def within_its_law(fits: Sequence[Fit], none: Fit, unknown: float, *, misfit: fl
     behind = unknown - best.log_evidence
     if not _is_wide(best) or gain < CLEAR or behind > min(SHARE * gain, MOST_BEHIND):
         return None
-    if best.residual @ best.residual > LEFT * (none.residual @ none.residual):
+    rest = best.residual @ best.residual / (none.residual @ none.residual)
+    if best.candidates[0].effect.IDEALISED and rest > LEFT:
         return None
     return best if chance_of_residual(best) > misfit else None
 
