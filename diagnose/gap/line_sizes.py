@@ -79,10 +79,7 @@ def line_sizes(
     left = left - np.real(np.conj(locked[1]) @ carriers_of(locked[0], turns))
     spectra = {False: line_power(left)}
     if any(kind.envelope for kind in kinds):
-        magnitude = high_envelope(left, rate_hz=rate_hz, speed_hz=speed_hz)
-        if missing_noise is not None:
-            magnitude = mean_envelope_in_noise(magnitude, missing_noise[:, None])
-        spectra[True] = line_power(magnitude - magnitude.mean(axis=1, keepdims=True))
+        spectra[True] = _envelope_power(left, rate_hz, speed_hz, missing_noise)
     resolution = rate_hz / turns.size
     sizes = np.zeros((signals.shape[0], len(orders)))
     deviations = np.full(sizes.shape, np.inf)
@@ -104,6 +101,14 @@ def line_sizes(
         _doubt_neighbours(sizes, deviations, bands, MAIN_LOBE * resolution)
         _doubt_beside_orders(sizes, deviations, bands, locked[0] * speed_hz, spectra[False], resolution)
     return sizes, deviations
+
+
+def _envelope_power(left: np.ndarray, rate_hz: float, speed_hz: float, missing_noise: np.ndarray | None) -> np.ndarray:
+    """Return the power of every line of the envelope's spectrum, in the noise that the signals do not hold."""
+    magnitude = high_envelope(left, rate_hz=rate_hz, speed_hz=speed_hz)
+    if missing_noise is not None:
+        magnitude = mean_envelope_in_noise(magnitude, missing_noise[:, None])
+    return line_power(magnitude - magnitude.mean(axis=1, keepdims=True))
 
 
 def _doubt_neighbours(

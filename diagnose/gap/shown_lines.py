@@ -35,7 +35,7 @@ def may_show(candidate: Candidate, machine: Machine, compared: Comparison) -> bo
     # A strength that is absent may say where the lines of another lie, as the slip of a bearing does: they are looked
     # for where the whole effect states them, too.
     own, whole = candidate.effect, type(candidate.effect)(at=candidate.effect.at)
-    return any(_has_grown(effect, machine, compared) for effect in {own: None, whole: None})
+    return any(_has_grown(effect, machine, compared) for effect in {own, whole})
 
 
 def _has_grown(effect: Effect, machine: Machine, compared: Comparison) -> bool:

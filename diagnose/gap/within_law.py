@@ -61,8 +61,9 @@ def _is_wide(fit: Fit) -> bool:
 
     Of others the evidence is to be believed: a run-out that imitates a sensor put on anew leaves only noise, too.
     """
-    if fit.candidates[0].effect.IDEALISED or fit.compared is None:
-        return fit.candidates[0].effect.IDEALISED
+    idealised = fit.candidates[0].effect.IDEALISED
+    if idealised or fit.compared is None:
+        return idealised
     phases = np.array([kind.phase for kind in fit.compared.lines.kinds])
     whole, locked = (fit.compared.detectability(own) for own in (fit.response, np.where(phases, fit.response, 0.0)))
     return locked < LOCKED * whole
