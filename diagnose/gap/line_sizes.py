@@ -53,6 +53,7 @@ def line_sizes(
     accelerations: Sequence[bool],
     missing_noise: np.ndarray | None = None,
     doubted: bool = True,
+    carriers: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return amplitudes and standard deviations, both (channels, lines); infinite deviations where nothing is seen.
 
@@ -73,10 +74,13 @@ def line_sizes(
         are compared with do.
     doubted : bool
         Whether deviations hold what neighbouring lines and orders may have left in a band.
+    carriers : ndarray (orders, samples), optional
+        `carriers_of` the locked orders, where they are known already.
     """
     speed_hz = (turns[-1] - turns[0]) / (turns.size - 1) * rate_hz
     left = signals - signals.mean(axis=1, keepdims=True)
-    left = left - np.real(np.conj(locked[1]) @ carriers_of(locked[0], turns))
+    carriers = carriers_of(locked[0], turns) if carriers is None else carriers
+    left = left - np.real(np.conj(locked[1]) @ carriers)
     spectra = {False: line_power(left)}
     if any(kind.envelope for kind in kinds):
         spectra[True] = _envelope_power(left, rate_hz, speed_hz, missing_noise)

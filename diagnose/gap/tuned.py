@@ -5,6 +5,7 @@ A search by slopes finds such a place only from close by: a line that lies besid
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -82,15 +83,14 @@ def _at_frequencies(effect: Effect, machine: Machine, frequencies_hz: Sequence[f
 
 def _at_orders(effect: Effect, machine: Machine, orders: Sequence[float]) -> list[Tuned]:
     """A parameter without a unit and with a prior that moves a line beside the shaft's orders: a slip, a share."""
-    if effect.ROLE in STRUCK:
+    if effect.ROLE in STRUCK or not orders:
         return []
     result = []
     for declared in effect.parameters():
         if declared.unit or declared.prior is None or declared.zero is not None:
             continue
-        values = [value for order in orders for value in _values_for(effect, declared, machine, order)]
         distinct: list[float] = []
-        for value in values:
+        for value in _values_for(effect, declared, machine, orders):
             if all(abs(value - other) > SAME * abs(other) for other in distinct):
                 distinct.append(value)
         result += [(effect.with_values(**{declared.name: value}), frozenset((declared.name,))) for value in distinct]
@@ -102,8 +102,8 @@ def _whole(value: float) -> float:
     return float(round(value)) if abs(value - round(value)) < 1e-9 else value
 
 
-def _values_for(effect: Effect, declared: Parameter, machine: Machine, order: float) -> list[float]:
-    """Return the values of a parameter at which one of the effect's lines lies at an order."""
+def _values_for(effect: Effect, declared: Parameter, machine: Machine, orders: Sequence[float]) -> list[float]:
+    """Return the values of a parameter at which one of the effect's lines lies at one of the orders."""
     coordinate = Coordinate(declared)
 
     def places(z: float) -> np.ndarray:
@@ -117,13 +117,15 @@ def _values_for(effect: Effect, declared: Parameter, machine: Machine, order: fl
         return []
     most = max(row.size for row in rows)
     # A line may be missing at some of the values: a difference of two orders that is 0.
-    away = np.array([np.pad(row, (0, most - row.size), constant_values=np.nan) for row in rows]) - order
-    values = []
+    lying = np.array([np.pad(row, (0, most - row.size), constant_values=np.nan) for row in rows])
     # Lines that stay where they are, whatever the value, are not put anywhere by it.
-    for line in np.flatnonzero(np.nanmax(away, axis=0) - np.nanmin(away, axis=0) > EXACT):
-        values += [_whole(coordinate.value(PLACES[k])) for k in np.flatnonzero(np.abs(away[:, line]) < EXACT)]
-        for k in np.flatnonzero(away[:-1, line] * away[1:, line] < -(EXACT**2)):
-            low, high, sign = PLACES[k], PLACES[k + 1], np.sign(away[k, line])
+    moving = np.flatnonzero(np.nanmax(lying, axis=0) - np.nanmin(lying, axis=0) > EXACT)
+    values = []
+    for order, line in itertools.product(orders, moving):
+        away = lying[:, line] - order
+        values += [_whole(coordinate.value(PLACES[k])) for k in np.flatnonzero(np.abs(away) < EXACT)]
+        for k in np.flatnonzero(away[:-1] * away[1:] < -(EXACT**2)):
+            low, high, sign = PLACES[k], PLACES[k + 1], np.sign(away[k])
             for _ in range(HALVINGS):
                 middle = (low + high) / 2
                 low, high = (middle, high) if np.sign(places(middle)[line] - order) == sign else (low, middle)

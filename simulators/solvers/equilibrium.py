@@ -15,6 +15,9 @@ ANGLES = 64
 MOST_STEPS = 60
 #: First step of the search in seconds; every further one is so many times longer, until each is one of Newton's method.
 FIRST_STEP_S, GROWTH, LONGEST_STEP_S = 1e-5, 4.0, 1e6
+#: After so many of the longest steps in a row, each of which leaves more than this share of the smallest residual, the
+#: search is over: a mean torque on a shaft that nothing holds would only turn it on and on.
+STALLED_STEPS, STALLED = 5, 0.99
 
 
 def static_equilibrium(system: System, plan: ForcePlan, start_s: float, form: BlockForm) -> np.ndarray:
@@ -104,20 +107,23 @@ def _settle(system: System, plan: ForcePlan, lanes: np.ndarray, means: list[np.n
     count, motions = lanes.size, system.motion_rows.shape[0]
     state = np.zeros((count, form.core.shape[0]))
     best, best_size = state.copy(), np.full(count, np.inf)
-    left = np.arange(count)
+    left, stalled = np.arange(count), np.zeros(count, dtype=int)
     for step in range(MOST_STEPS):
+        duration = LONGEST_STEP_S if system.is_linear else min(FIRST_STEP_S * GROWTH**step, LONGEST_STEP_S)
         now = state[left]
         acting, slope = _forces_and_slopes(plan, lanes[left], [own[:, left] for own in means], form, now)
         pushed = _times(form.force_columns, acting)
         residual = _times(form.core, now) + pushed
         size = np.linalg.norm(_times(form.basis, residual), axis=1)
+        no_less = (size > STALLED * best_size[left]) & (duration == LONGEST_STEP_S)
+        stalled[left] = np.where(no_less, stalled[left] + 1, 0)
         better = size < best_size[left]
         best[left[better]], best_size[left[better]] = now[better], size[better]
         going = np.isfinite(size) & (size >= 1e-9 * np.maximum(1.0, np.linalg.norm(_times(form.basis, pushed), axis=1)))
+        going &= stalled[left] < STALLED_STEPS
         left, now, residual, slope = left[going], now[going], residual[going], slope[going]
         if not left.size:
             break
-        duration = LONGEST_STEP_S if system.is_linear else min(FIRST_STEP_S * GROWTH**step, LONGEST_STEP_S)
         # (1/d - L - B S C) change = residual by the small system of the interface motions (Woodbury's identity).
         solved = _shifted_inverse(form, 1 / duration)
         moved_alone, pushing = _times(solved, residual), solved @ form.force_columns
