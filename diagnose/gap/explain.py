@@ -33,9 +33,9 @@ from .screen import Atom, atoms_of
 from .screening import Screening, telling_conditions
 from .search import search
 from .shown_lines import may_show, standing_out
-from .struck_rhythm import envelopes_of, heard_beside, not_heard
+from .struck_rhythm import Spectrum, envelopes_of, heard_beside, not_heard, of_a_rhythm
 from .verdict import told
-from .wanted_lines import wanted_lines
+from .wanted_lines import STRUCK, wanted_lines
 from .waveform import ONLY_IN_WAVEFORM, SUSPECTED, lossy_channels, seen_in_waveform, variations, with_doubt
 
 HIGHEST_ORDER = 6.0
@@ -170,7 +170,10 @@ def prepare(
     # A wandering speed is seen in no channel of its own.
     flawed = tuple(dict.fromkeys(name for own in beyond for name in own or ("the tacho",)))
     measured = _sure(measured, campaign.recordings)
-    measured = with_doubt(measured, seen, variations(campaign.recordings), raw)
+    turning = [probe.name for probe in machine.bare_assembly().probes if probe.direction == "torsion"]
+    measured = with_doubt(measured, seen, variations(campaign.recordings), raw, turning)
+    envelopes = envelopes_of(campaign.recordings, [one.speed_rpm for one in measured.conditions])
+    measured = _without_rhythm(measured, machine, envelopes, without)
     healthy = _sure(healthy, campaign.baseline) if healthy else None
     every = (measured, healthy) if healthy else (measured,)
     ranges = probe_ranges((*campaign.recordings, *campaign.baseline), *every)
@@ -179,9 +182,28 @@ def prepare(
     if healthy and own and predictor.noise is not None and own.noise is not None:
         predictor = replace(predictor, noise=not_of_the_fault(predictor.noise, measured, own.noise, healthy))
     found = put_together(machine, measured, predictor, healthy, own, as_given=as_given, tell=tell)
-    envelopes = envelopes_of(campaign.recordings, [one.speed_rpm for one in measured.conditions])
     found = replace(found, waveform=waveform, flawed=flawed, found_lines=further, envelopes=envelopes)
     return replace(found, mended=put_back is not None)
+
+
+def _without_rhythm(
+    lines: OrderLines, machine: Machine, envelopes: Sequence[Spectrum], without: frozenset[str]
+) -> OrderLines:
+    """Return the lines without those beside the shaft's orders that are part of a rhythm which the envelope shows."""
+    others = frozenset(name for name, effect in effect_catalogue().items() if effect.ROLE not in STRUCK)
+    effects = [one.effect for one in candidates(machine, without=without | others)] if envelopes else []
+    orders = np.array(
+        [
+            [
+                abs(kind.order_at(order, condition.speed_rpm))
+                for order, kind in zip(lines.orders, lines.kinds, strict=True)
+            ]
+            for condition in lines.conditions
+        ]
+    )
+    aside = np.array([not kind.phase and not kind.envelope for kind in lines.kinds])
+    told = of_a_rhythm(orders, tuple(dict.fromkeys(effects)), machine, envelopes) & aside
+    return replace(lines, deviations=np.where(told[:, None, :], np.inf, lines.deviations))
 
 
 def _as_recorded(recordings: Sequence[Recording], channels: Mapping[str, str], like: OrderLines) -> OrderLines:

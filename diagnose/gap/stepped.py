@@ -84,7 +84,12 @@ def _side_by_side(runs: Sequence[Run]) -> list[Simulation | None]:
         cases = [(run.machine, run.speed_rpm) for run in runs]
         return list(
             simulate_motion(
-                cases, duration_s=first.duration_s, rate_hz=first.rate_hz, step_s=first.step_s, settle_s=settle, threads=THREADS
+                cases,
+                duration_s=first.duration_s,
+                rate_hz=first.rate_hz,
+                step_s=first.step_s,
+                settle_s=settle,
+                threads=THREADS,
             )
         )
     except RotorwiseError:

@@ -33,6 +33,8 @@ STANDS_OUT, MOST_LINES = 20.0, 500
 SHAFT_BINS = 2.5
 #: An effect that makes this share of what stands out excludes those of the same part that make less than a part of it.
 MOST, FAINT = 0.4, 0.5
+#: Harmonics and sidebands in which a rhythm may be seen outside the envelope, and how near to one, as a share.
+HARMONICS, SIDEBANDS, WANDERS = 4, 4, 0.004
 
 
 @dataclass(frozen=True)
@@ -86,6 +88,31 @@ def heard_beside(
         f"{100 * own.slip:.1f} % its lines hold {own.share:.0%} of what stands out. Their sizes are not those that the "
         "model makes.",
     )
+
+
+def of_a_rhythm(
+    orders: np.ndarray, effects: Sequence[Effect], machine: Machine, envelopes: Sequence[Spectrum]
+) -> np.ndarray:
+    """Return which lines belong to the rhythm that the envelope clearly beats in, bool.
+
+    They are no further lines beside it. Where exactly they lie follows from a slip that wanders, and with it what a
+    narrow band about them holds: the rhythm's sizes are looked at in the envelope.
+
+    Parameters
+    ----------
+    orders : ndarray of any shape
+    effects, machine, envelopes
+        As in `not_heard`.
+    """
+    struck = [one for one in effects if one.ROLE in STRUCK and "slip" in one.values()]
+    found = [(rhythm(one, machine, envelopes), one) for one in struck]
+    own, effect = max(found, key=lambda one: one[0].share, default=(Rhythm(0.0, 0.0), None))
+    if effect is None or own.share < MOST:
+        return np.zeros(orders.shape, dtype=bool)
+    lines = [line.order for line in effect.with_values(slip=own.slip).signature(machine)[:2]]
+    carriers = lines[0] * np.arange(HARMONICS + 1)[:, None]
+    places = np.abs(carriers + (lines[-1] - lines[0]) * np.arange(-SIDEBANDS, SIDEBANDS + 1)).ravel()
+    return (np.abs(orders[..., None] - places) <= WANDERS * places).any(axis=-1)
 
 
 def envelopes_of(recordings: Sequence[Recording], speeds_rpm: Sequence[float]) -> tuple[Spectrum, ...]:

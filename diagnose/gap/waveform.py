@@ -176,7 +176,11 @@ def _row(recording: Recording, name: str) -> np.ndarray:
 
 
 def with_doubt(
-    lines: OrderLines, seen: Mapping[str, Sequence[str]], variation: np.ndarray, as_recorded: OrderLines | None = None
+    lines: OrderLines,
+    seen: Mapping[str, Sequence[str]],
+    variation: np.ndarray,
+    as_recorded: OrderLines | None = None,
+    turning: Sequence[str] = (),
 ) -> OrderLines:
     """Return the lines, less certain at the probes whose waveform shows a defect.
 
@@ -192,6 +196,8 @@ def with_doubt(
         Of the speed within each record, see `variations`: where the speed wanders, so do all lines.
     as_recorded : OrderLines, optional
         Where lost samples were put back in ``lines``: the same without that.
+    turning : sequence of str
+        Probes of the shaft's own turning: they show a wander of the speed itself, at whatever frequency it has.
     """
     left = 0.0 if as_recorded is None else LEFT * np.abs(lines.amplitudes - as_recorded.amplitudes)
     lossy = lossy_channels(seen) if as_recorded is None else set()
@@ -206,6 +212,8 @@ def with_doubt(
         smeared = np.minimum(STEEPEST * variation, 1.0)[:, None, None] * np.abs(lines.amplitudes)
         own = np.array([order != 0 and 0 < abs(kind.frequency_hz) <= WANDER_HZ for order, kind in _places(lines)])
         share = np.where(own[None, None, :], np.inf, np.hypot(share, smeared))
+        sizes = np.array([not kind.phase for kind in lines.kinds])
+        share[:, np.array([probe in turning for probe in lines.probes])[:, None] & sizes] = np.inf
     return replace(lines, deviations=np.hypot(lines.deviations, np.hypot(share, left)))
 
 

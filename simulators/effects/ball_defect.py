@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from ..assembly import Assembly
     from ..machine import Machine
 
+#: Harmonics of the cage that the envelope of a ball's strikes holds.
+CAGE_HARMONICS = 3
+
 
 @dataclass(frozen=True, kw_only=True)
 class BallDefect(BearingEffect):
@@ -50,7 +53,11 @@ class BallDefect(BearingEffect):
         part.damage.add_slip(slip=self.slip, wander=self.slip_wander, seed=int(self.seed))
 
     def signature(self, machine: Machine) -> tuple[Line, ...]:
-        """Return harmonics of twice the ball spin, each with its sidebands of the cage, then the cage itself."""
+        """Return twice the ball spin with its sidebands of the cage, the cage, then harmonics of the ball spin.
+
+        The load zone lets the strikes through once a turn of the cage: a train that comes and goes holds that rhythm
+        itself, in its envelope with several harmonics as clear as the strikes' own.
+        """
         part = self.bearing(machine)
         orders = part.geometry.defect_orders()
         cage = part.damage.cage_order(part.geometry, part.shaft_ratio)
@@ -58,5 +65,6 @@ class BallDefect(BearingEffect):
         # One pass lasts 2 s / d of the ball's turn; see `harmonics` for races.
         lasting = 2 * max(self.size_m, 1e-4) / part.geometry.ball_diameter_m
         count = max(1, min(MOST_HARMONICS, math.floor(1.5 * math.pi / lasting)))
-        sides = (0.0, cage, -cage)
-        return (*(pulse_line(k * twice + side) for k in range(1, count + 1) for side in sides), pulse_line(cage))
+        struck = [pulse_line(k * twice + side) for k in range(1, count + 1) for side in (0.0, cage, -cage)]
+        coming = [pulse_line(m * cage) for m in range(1, CAGE_HARMONICS + 1)]
+        return (*struck[:3], *coming, *struck[3:])

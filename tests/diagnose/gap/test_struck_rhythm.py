@@ -1,13 +1,15 @@
 """Which race is struck is told by the places of the envelope's lines, whatever the slip, sizes or angle of thrust."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from rotorwise.datasets.recording import Channel, OperatingCondition, Provenance, Recording
-from rotorwise.diagnose.gap.struck_rhythm import envelopes_of, heard_beside, not_heard, rhythm
+from rotorwise.diagnose.gap.struck_rhythm import envelopes_of, heard_beside, not_heard, of_a_rhythm, rhythm
 from rotorwise.simulators import test_rig
 from rotorwise.simulators.effects.ball_defect import BallDefect
+from rotorwise.simulators.effects.cage_defect import CageDefect
 from rotorwise.simulators.effects.inner_race_defect import InnerRaceDefect
 from rotorwise.simulators.effects.outer_race_defect import OuterRaceDefect
 
@@ -72,3 +74,40 @@ def test_noise_and_no_acceleration_exclude_nothing() -> None:
     assert not_heard(RACES, test_rig, envelopes_of([noise], [1500.0])) == frozenset()
     assert not_heard(RACES, test_rig, ()) == frozenset()
     assert heard_beside(RACES, test_rig, (), ()) == ()
+
+
+def a_struck_ball(slip: float) -> Recording:
+    """Return impacts of a ball twice a turn of it, let through where the cage has it in the load."""
+    generator = np.random.default_rng(4)
+    turns = 30.0 * np.arange(int(RATE_HZ * SECONDS)) / RATE_HZ
+    cage = (1 - RATIO) / 2 * (1 - slip)
+    twice = (1 - RATIO**2) / RATIO * (1 - slip)
+    instants = np.interp(np.arange(int(twice * turns[-1])) / twice, turns, np.arange(turns.size)).astype(int)
+    pulses = np.zeros(turns.size)
+    np.add.at(pulses, instants, np.maximum(np.cos(2 * math.pi * cage * turns[instants]), 0.0) ** 1.5)
+    time = np.arange(200) / RATE_HZ
+    ring = np.exp(-600 * time) * np.sin(2 * math.pi * 2800 * time)
+    signal = np.convolve(pulses, ring)[: turns.size] + 0.1 * generator.normal(size=turns.size)
+    made = struck(1800.0, inner=False, slip=slip, seed=0)
+    return replace(made, signals=signal[None])
+
+
+def test_a_ball_that_comes_and_goes_with_the_cage_is_not_taken_for_the_cage() -> None:
+    # The train of strikes holds the cage's own rhythm with several harmonics, louder than the ball's.
+    envelopes = envelopes_of([a_struck_ball(0.01)], [1800.0])
+    ball, cage = RACES[2], CageDefect(at="bearing_a")
+    assert ball not in not_heard((*RACES, cage), test_rig, envelopes)
+    assert rhythm(ball, test_rig, envelopes).share > 0.7
+    # Left out of the catalogue it leaves the cage, whose lines are there, too.
+    assert cage not in not_heard((cage, RACES[0]), test_rig, envelopes)
+
+
+def test_lines_of_the_rhythm_are_no_further_lines() -> None:
+    envelopes = envelopes_of([a_struck_ball(0.01)], [1800.0])
+    lines = [line.order for line in BallDefect(at="bearing_a", slip=0.01).signature(test_rig)]
+    twice, side = lines[0], lines[1] - lines[0]
+    orders = np.array([[twice, twice - 3 * side, 2 * side], [1.13, twice + 0.45 * side, 2 * twice + side]])
+    told = of_a_rhythm(orders, RACES, test_rig, envelopes)
+    assert told.tolist() == [[True, True, True], [False, False, True]]
+    assert not of_a_rhythm(orders, RACES, test_rig, ()).any()
+    assert not of_a_rhythm(orders, (), test_rig, envelopes).any()

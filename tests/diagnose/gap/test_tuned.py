@@ -25,6 +25,15 @@ def test_a_line_out_of_reach_of_the_prior_tunes_nothing():
     assert _values(make_effect("pole_pass", {}, at="motor"), "slip", [(1.5, 0.0), (7.3, 0.0)]) == []
 
 
+def test_a_line_just_beyond_the_prior_puts_the_effect_at_its_end():
+    # Films turn at 0.40 to 0.48 of the shaft's speed; what they drive lies a little beside what is stated.
+    effect = make_effect("oil_whirl", {}, at="bearing_a")
+    (share,) = _values(effect, "speed_share", [(0.3985, 0.0)])
+    assert share == pytest.approx(0.4, abs=1e-3)
+    assert _values(effect, "speed_share", [(0.39, 0.0)]) == []
+    assert _values(effect, "speed_share", [(0.44, 0.0)]) == [pytest.approx(0.44, rel=1e-6)]
+
+
 def test_a_frequency_is_taken_as_it_is_found():
     effect = make_effect("load_fluctuation", {"torque_n_m": 1.0}, at="shaft_load")
     assert _values(effect, "frequency_hz", [(0.0, 14.9), (1.3, 0.0)]) == [14.9]

@@ -99,6 +99,10 @@ def test_where_the_speed_wanders_lines_are_known_no_better_than_a_resonance_lets
     wide = OrderLines(conditions, ("a",), (1.0, 1.0), np.ones((2, 1, 2), dtype=complex), np.ones((2, 1, 2)), beside)
     # A sideband at a controller's frequency is the wander's own, one at 11 Hz is not.
     assert with_doubt(wide, {"speed_wander": ()}, variation).seen[:, 0].tolist() == [[False, True], [False, True]]
+    # A probe of the turning itself shows the wander at whatever frequency it has; its orders keep their phase.
+    assert not with_doubt(wide, {"speed_wander": ()}, variation, turning=["a"]).seen.any()
+    assert with_doubt(lines, {"speed_wander": ()}, variation, turning=["a"]).seen.all()
+    assert with_doubt(wide, {}, variation, turning=["a"]).seen.all()
     # A speed that varies no more than on the healthy machine says nothing.
     assert with_doubt(lines, {}, variation).deviations == pytest.approx(lines.deviations)
 
