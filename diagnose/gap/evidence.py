@@ -350,6 +350,12 @@ class Widened:
         inside = np.linalg.solve(self._inner, self.directions @ vectors.reshape(-1, vectors.shape[-1]).T)
         return vectors - (inside.T @ self.directions).reshape(vectors.shape)
 
+    def standardised(self, vector: np.ndarray) -> np.ndarray:
+        """Return each of a vector's reals (reals,) less what the others let expect of it, over its deviation then."""
+        inside = np.linalg.solve(self._inner, self.directions)
+        precision = 1.0 - np.einsum("dr,dr->r", self.directions, inside)
+        return self.solve(vector) / np.sqrt(np.maximum(precision, 1e-12))
+
     @property
     def log_determinant(self) -> float:
         """Return ln |I + D' D|."""

@@ -20,7 +20,7 @@ from .refine import FIRST_STEPS, Climbed, Fit, climbed, density, nothing, refine
 from .response_shape import scaled_strengths
 from .responses import Responses
 from .screen import Start
-from .screening import FAR_BEHIND, TIMES_WORSE, Screening, few_of_each
+from .screening import BEHIND_ON_GRID, FAR_BEHIND, TIMES_WORSE, Screening, few_of_each
 from .simple_pairs import simple_pairs
 from .two_effects import CLOSE, EXPLAINED, MOVES, best_of_each, explains_little, two_effects
 from .unknown_force import Unknown, unexplained
@@ -173,10 +173,12 @@ def _worth_following(
     ranked = few_of_each(every)
     screened = ranked[:REFINED] + [one for one in ranked[REFINED:] if len(one[0].candidate.strengths) > MANY]
     screened = [options for options in screened if options[0].candidate not in first_look]
+    best = every[0][0].score if every else plain
+    least = best - max(FAR_BEHIND, BEHIND_ON_GRID * (best - plain))
     return [
         options
         for options in screened
-        if options[0].score > every[0][0].score - FAR_BEHIND
+        if options[0].score > least
         or predictor.repeats(machine.with_effects(options[0].candidate.at(options[0].position)))
     ], first_look
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .evidence import Comparison, Problem
+from .evidence import Comparison, Problem, Widened
 from .hypotheses import Candidate
 from .joint_fit import jointly
 from .null_distribution import chance_of_residual
@@ -20,6 +20,7 @@ from .refine import FIRST_STEPS, Fit, climbed, laws_of, nothing, refined
 from .responses import Responses
 from .screen import Atom, Start, atoms_of
 from .screening import FAR_BEHIND, TIMES_WORSE, Screening, few_of_each
+from .shown_lines import CLEAR
 
 #: Partners that are tried of the best single effect, and of the second best.
 PARTNERS = (6, 3)
@@ -100,9 +101,14 @@ def best_jointly(found: Sequence[Fit], problem: Problem, best: float, unknown: f
 
 
 def may_gain(leader: Fit, best: float) -> bool:
-    """Return whether a second effect may add enough: if it explains what is left beyond noise, at no cost."""
-    count = leader.residual.size
-    most = 0.5 * max(leader.power - (count - LEAST_NOISE * math.sqrt(2 * count)), 0.0)
+    """Return whether a second effect may add enough: if it explains what is left beyond noise, at no cost.
+
+    That of all lines together, or of those that stand out by themselves: sizes are less certain than they scatter, so
+    that a few clear lines may hide in a sum that noise would leave.
+    """
+    count, apart = leader.residual.size, Widened(leader.law).standardised(leader.residual)
+    beyond = max(leader.power - (count - LEAST_NOISE * math.sqrt(2 * count)), 0.0)
+    most = 0.5 * max(beyond, float((apart[np.abs(apart) > CLEAR] ** 2).sum()))
     return leader.log_evidence + most >= best + PAIR_MARGIN
 
 
