@@ -112,7 +112,7 @@ def of_a_rhythm(
     lines = [line.order for line in effect.with_values(slip=own.slip).signature(machine)[:2]]
     carriers = lines[0] * np.arange(HARMONICS + 1)[:, None]
     places = np.abs(carriers + (lines[-1] - lines[0]) * np.arange(-SIDEBANDS, SIDEBANDS + 1)).ravel()
-    return (np.abs(orders[..., None] - places) <= WANDERS * places).any(axis=-1)
+    return np.any(np.abs(orders[..., None] - places) <= WANDERS * places, axis=-1)
 
 
 def envelopes_of(recordings: Sequence[Recording], speeds_rpm: Sequence[float]) -> tuple[Spectrum, ...]:
