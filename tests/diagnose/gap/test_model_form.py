@@ -111,7 +111,9 @@ COMPETING = frozenset(("unbalance", "shaft_bow", "coupling_misalignment", "remou
 
 
 def test_a_cause_is_found_beside_supports_that_follow_another_law(campaign: Campaign) -> None:
-    answer, as_given = (explain_gap(campaign, amb_rotor, only=COMPETING, as_given=one) for one in (False, True))
+    answer = explain_gap(campaign, amb_rotor, only=COMPETING)
+    # The true cause is all that the machine as given is offered.
+    as_given = explain_gap(campaign, amb_rotor, only=frozenset(("unbalance",)), as_given=True)
     assert as_given.form is None
     assert answer.form is not None
     assert answer.form.missed < 0.2 * answer.form.missed_before
