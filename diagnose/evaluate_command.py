@@ -24,6 +24,7 @@ from .learning_command import (
 )
 
 if TYPE_CHECKING:
+    from ..datasets.metadata import Metadata
     from .learning.evaluated_sources import Evaluated
     from .learning.model_file import Model
 
@@ -93,9 +94,7 @@ def evaluate(
                 )
         else:
             _check_unused("recordings", split=split)
-            record = options.record_metadata(rate, speed, None, None)
-            machine = options.machine_metadata(bearing, None, None, None, None, None, None)
-            metadata = record.merged_over(options.channel_metadata(unit, None, None, None, None)).merged_over(machine)
+            metadata = _metadata(rate, unit, speed, bearing)
             found = on_files(used, sources, label=label, baseline=baseline or [], metadata=metadata, sidecar=sidecar)
         for message in found.unreadable:
             typer.echo(f"rotorwise: {message}", err=True)
@@ -107,6 +106,12 @@ def evaluate(
         _show(found, report)
     if found.unreadable:
         raise typer.Exit(_FAILED)
+
+
+def _metadata(rate: options.Rate, unit: options.Unit, speed: options.Speed, bearing: options.Bearing) -> Metadata:
+    record = options.record_metadata(rate, speed, None, None)
+    machine = options.machine_metadata(bearing, None, None, None, None, None, None)
+    return record.merged_over(options.channel_metadata(unit, None, None, None, None)).merged_over(machine)
 
 
 def _check_unused(what: str, **given: object) -> None:

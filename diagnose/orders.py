@@ -122,18 +122,7 @@ def measure(
     at = np.linspace(first, last, min(_POINTS, recording.samples)).astype(int)
     envelopes = waveforms.envelope_at(at)
     speed = np.interp(at / recording.rate_hz, shaft.time_s, shaft.speed_hz)
-    # Beyond half the sampling rate an order is not zero but unknown.
-    followed = tuple(
-        FollowedOrder(
-            channel,
-            order,
-            np.where(order * speed < 0.5 * recording.rate_hz, np.abs(one), np.nan),
-            np.degrees(np.angle(one)),
-            _noise_at(found, channel, order, 0.5 * recording.rate_hz),
-        )
-        for channel, rows in enumerate(envelopes)
-        for order, one in zip(wanted, rows, strict=True)
-    )
+    followed = _followed(wanted, envelopes, speed, found, 0.5 * recording.rate_hz)
     pair, orbits = _orbits(looked, wanted, envelopes)
     highest = float(found.orders[-1])
     return Orders(
@@ -141,6 +130,23 @@ def measure(
         None if pair is None else _full_spectrum(looked, pair, phase, highest), _waterfall(looked, shaft, highest),
         bandwidth,
     )  # fmt: skip
+
+
+def _followed(
+    wanted: tuple[float, ...], envelopes: np.ndarray, speed_hz: np.ndarray, found: OrderMap, highest_hz: float
+) -> tuple[FollowedOrder, ...]:
+    """Return each channel's orders: beyond half the sampling rate one is not zero but unknown."""
+    return tuple(
+        FollowedOrder(
+            channel,
+            order,
+            np.where(order * speed_hz < highest_hz, np.abs(one), np.nan),
+            np.degrees(np.angle(one)),
+            _noise_at(found, channel, order, highest_hz),
+        )
+        for channel, rows in enumerate(envelopes)
+        for order, one in zip(wanted, rows, strict=True)
+    )
 
 
 def _check_orders(wanted: tuple[float, ...], shaft: Shaft, rate_hz: float, bandwidth_hz: float | None) -> None:
