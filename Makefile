@@ -31,9 +31,9 @@ lint: $(VENV)/stamp-lint
 OLDEST := tests/datasets tests/signal tests/diagnose/signal tests/severity tests/report tests/diagnose/learning \
   tests/diagnose/test_blocks_and_features.py tests/diagnose/test_faults.py tests/simulators/solvers tests/simulators/machines
 
-# Slow ones of what no version changes: processes that are stopped, full disks, statistics of our own.
-NOT_OLDEST := not killed and not disk and not kept and not computes and not location and not goes_on and not random_combs \
-  and not implicit_solver and not slow_shaft and not transformer
+# Slow ones: quicker ones beside them look at the same libraries.
+NOT_OLDEST := not killed and not disk and not kept and not computes and not memory_is_a_location and not goes_on \
+  and not random_combs and not slow_shaft
 
 test-oldest: .venv-oldest/stamp
 	OPENBLAS_NUM_THREADS=1 .venv-oldest/bin/pytest -n auto --dist worksteal -m "not browser" \

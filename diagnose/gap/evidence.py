@@ -350,11 +350,16 @@ class Widened:
         inside = np.linalg.solve(self._inner, self.directions @ vectors.reshape(-1, vectors.shape[-1]).T)
         return vectors - (inside.T @ self.directions).reshape(vectors.shape)
 
-    def standardised(self, vector: np.ndarray) -> np.ndarray:
-        """Return each of a vector's reals (reals,) less what the others let expect of it, over its deviation then."""
-        inside = np.linalg.solve(self._inner, self.directions)
-        precision = 1.0 - np.einsum("dr,dr->r", self.directions, inside)
-        return self.solve(vector) / np.sqrt(np.maximum(precision, 1e-12))
+    def standardised(self, vector: np.ndarray, factor: np.ndarray) -> np.ndarray:
+        """Return each real less what the others let expect of it, over its deviation then, (reals,).
+
+        Of a whitened ``vector``; ``factor`` is the Cholesky factor by which it was whitened, so that each real is a
+        part of one line again.
+        """
+        back = lower_solved(factor, np.eye(vector.size))
+        inside = np.linalg.solve(self._inner, self.directions @ back)
+        precision = (back**2).sum(axis=0) - np.einsum("dr,dr->r", self.directions @ back, inside)
+        return back.T @ self.solve(vector) / np.sqrt(np.maximum(precision, 1e-300))
 
     @property
     def log_determinant(self) -> float:

@@ -170,10 +170,13 @@ def prepare(
     # A wandering speed is seen in no channel of its own.
     flawed = tuple(dict.fromkeys(name for own in beyond for name in own or ("the tacho",)))
     measured = _sure(measured, campaign.recordings)
-    turning = [probe.name for probe in machine.bare_assembly().probes if probe.direction == "torsion"]
+    probes = machine.bare_assembly().probes
+    turning = [one.name for one in probes if (one.direction, one.quantity) == ("torsion", "velocity")]
     measured = with_doubt(measured, seen, variations(campaign.recordings), raw, turning)
     envelopes = envelopes_of(campaign.recordings, [one.speed_rpm for one in measured.conditions])
     measured = _without_rhythm(measured, machine, envelopes, without)
+    unseen = {measured.orders[i] for i in np.flatnonzero(~measured.seen.any(axis=(0, 1)))}
+    further = tuple(place for place in further if place[1] or place[0] not in unseen)
     healthy = _sure(healthy, campaign.baseline) if healthy else None
     every = (measured, healthy) if healthy else (measured,)
     ranges = probe_ranges((*campaign.recordings, *campaign.baseline), *every)

@@ -33,7 +33,8 @@ STANDS_OUT, MOST_LINES = 20.0, 500
 SHAFT_BINS = 2.5
 #: An effect that makes this share of what stands out excludes those of the same part that make less than a part of it.
 MOST, FAINT = 0.4, 0.5
-#: Harmonics and sidebands in which a rhythm may be seen outside the envelope, and how near to one, as a share.
+#: Multiples of a rhythm's strongest line, and of the distance to the next on both sides, at which it may lie outside
+#: the envelope, and how near to one, as a share.
 HARMONICS, SIDEBANDS, WANDERS = 4, 4, 0.004
 
 
@@ -107,11 +108,15 @@ def of_a_rhythm(
     struck = [one for one in effects if one.ROLE in STRUCK and "slip" in one.values()]
     found = [(rhythm(one, machine, envelopes), one) for one in struck]
     own, effect = max(found, key=lambda one: one[0].share, default=(Rhythm(0.0, 0.0), None))
-    if effect is None or own.share < MOST:
+    stated = None if effect is None or own.share < MOST else _places(effect, machine)
+    if stated is None:
         return np.zeros(orders.shape, dtype=bool)
-    lines = [line.order for line in effect.with_values(slip=own.slip).signature(machine)[:2]]
-    carriers = lines[0] * np.arange(HARMONICS + 1)[:, None]
-    places = np.abs(carriers + (lines[-1] - lines[0]) * np.arange(-SIDEBANDS, SIDEBANDS + 1)).ravel()
+    lines = stated[int(np.argmin(np.abs(SLIPS - own.slip)))]
+    apart = lines[1 % lines.size] - lines[0]
+    places = lines[0] * np.arange(HARMONICS + 1)[:, None] + apart * np.arange(-SIDEBANDS, SIDEBANDS + 1)
+    places = np.abs(places).ravel()
+    # Whole orders are the shaft's.
+    places = places[np.abs(places - np.rint(places)) > WANDERS * places]
     return np.any(np.abs(orders[..., None] - places) <= WANDERS * places, axis=-1)
 
 
@@ -148,12 +153,16 @@ def _places(effect: Effect, machine: Machine) -> np.ndarray | None:
 
 
 def _held(spectrum: Spectrum, places: np.ndarray) -> float:
-    """Return the share of the power that stands out that lies near the places."""
+    """Return the share of the power that stands out that lies near the places; 0 where nothing does near the first.
+
+    The first line is the effect's strongest: without it the others are those of something else, as the cage's are,
+    which a ball has as well.
+    """
     if not spectrum.orders.size:
         return 0.0
     away = np.abs(spectrum.orders[:, None] - places[None, :])
-    near = (away <= np.maximum(NARROW * places, NARROW_BINS * spectrum.resolution)).any(axis=1)
-    return float(spectrum.power[near].sum() / spectrum.power.sum())
+    near = away <= np.maximum(NARROW * places, NARROW_BINS * spectrum.resolution)
+    return float(spectrum.power[near.any(axis=1)].sum() / spectrum.power.sum()) if near[:, 0].any() else 0.0
 
 
 def _spectrum(recording: Recording, speed_hz: float) -> Spectrum | None:

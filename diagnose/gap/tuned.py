@@ -131,7 +131,6 @@ def _values_for(effect: Effect, declared: Parameter, machine: Machine, orders: S
                 low, high = (middle, high) if np.sign(places(middle)[line] - order) == sign else (low, middle)
             values.append(_whole(coordinate.value((low + high) / 2)))
         # Just beyond what the prior allows: a line is seldom exactly where it is stated.
-        values += [
-            coordinate.value(PLACES[k]) for k in (0, -1) if abs(away[k]) < SAME * order and away[0] * away[-1] > 0
-        ]
+        near = SAME * abs(order - round(order)) if away[0] * away[-1] > 0 else 0.0
+        values += [coordinate.value(PLACES[k]) for k in (0, -1) if abs(away[k]) < near]
     return values

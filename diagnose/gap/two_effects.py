@@ -103,10 +103,12 @@ def best_jointly(found: Sequence[Fit], problem: Problem, best: float, unknown: f
 def may_gain(leader: Fit, best: float) -> bool:
     """Return whether a second effect may add enough: if it explains what is left beyond noise, at no cost.
 
-    That of all lines together, or of those that stand out by themselves: sizes are less certain than they scatter, so
-    that a few clear lines may hide in a sum that noise would leave.
+    That of all lines together, or about that of those that stand out by themselves: sizes are less certain than they
+    scatter, so that a few clear lines may hide in a sum that noise would leave.
     """
-    count, apart = leader.residual.size, Widened(leader.law).standardised(leader.residual)
+    count = leader.residual.size
+    factor = leader.compared.factor if leader.compared else np.eye(count)
+    apart = Widened(leader.law).standardised(leader.residual, factor)
     beyond = max(leader.power - (count - LEAST_NOISE * math.sqrt(2 * count)), 0.0)
     most = 0.5 * max(beyond, float((apart[np.abs(apart) > CLEAR] ** 2).sum()))
     return leader.log_evidence + most >= best + PAIR_MARGIN

@@ -197,7 +197,7 @@ def with_doubt(
     as_recorded : OrderLines, optional
         Where lost samples were put back in ``lines``: the same without that.
     turning : sequence of str
-        Probes of the shaft's own turning: they show a wander of the speed itself, at whatever frequency it has.
+        Probes of an angular velocity: they may show as much as the speed itself wanders, at whatever frequency.
     """
     left = 0.0 if as_recorded is None else LEFT * np.abs(lines.amplitudes - as_recorded.amplitudes)
     lossy = lossy_channels(seen) if as_recorded is None else set()
@@ -213,7 +213,9 @@ def with_doubt(
         own = np.array([order != 0 and 0 < abs(kind.frequency_hz) <= WANDER_HZ for order, kind in _places(lines)])
         share = np.where(own[None, None, :], np.inf, np.hypot(share, smeared))
         sizes = np.array([not kind.phase for kind in lines.kinds])
-        share[:, np.array([probe in turning for probe in lines.probes])[:, None] & sizes] = np.inf
+        shown = np.array([probe in turning for probe in lines.probes])[:, None] & sizes
+        wander = variation * np.array([one.speed_rpm for one in lines.conditions]) * 2 * np.pi / 60
+        share = np.hypot(share, np.where(shown[None], wander[:, None, None], 0.0))
     return replace(lines, deviations=np.hypot(lines.deviations, np.hypot(share, left)))
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..assembly import Assembly
 from ..law import Direction, Timeline
+from ..pseudo_inverse import pseudo_inverse
 from ..system import System, build_system
 
 _ANGLES = 64
@@ -104,4 +105,4 @@ def _inverse(matrix: bytes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     # Balanced first: coordinates in m, rad and V differ so much in size that the cut for "nothing holds" would hit
     # others.
     balanced, (scale, _) = matrix_balance(whole, permute=False, separate=True)
-    return balanced, scale, np.linalg.pinv(-balanced, rcond=1e-14)
+    return balanced, scale, pseudo_inverse(-balanced, rcond=1e-14)

@@ -17,7 +17,7 @@ MOST_STEPS = 60
 FIRST_STEP_S, GROWTH, LONGEST_STEP_S = 1e-5, 4.0, 1e6
 #: After so many of the longest steps in a row, each of which leaves more than this share of the smallest residual, the
 #: search is over: a mean torque on a shaft that nothing holds would only turn it on and on.
-STALLED_STEPS, STALLED = 5, 0.99
+STALLED_STEPS, STALLED = 10, 0.99
 
 
 def static_equilibrium(system: System, plan: ForcePlan, start_s: float, form: BlockForm) -> np.ndarray:

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..assembly import StateBlock
+from ..pseudo_inverse import pseudo_inverse
 from ..system import System
 
 #: Cores that are remembered, and of these the ones whose inverses are kept (each up to 0.4 MB a speed).
@@ -181,7 +182,7 @@ def _static_response(system: System) -> np.ndarray:
     except np.linalg.LinAlgError:
         is_held = False
     if not is_held:
-        inverse = np.linalg.pinv(balanced, rcond=1 / UNHELD)
+        inverse = pseudo_inverse(balanced, rcond=1 / UNHELD)
     found = inverse @ push
     for _ in range(2):
         found += inverse @ (push - balanced @ found)

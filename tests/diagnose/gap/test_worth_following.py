@@ -49,15 +49,16 @@ def test_where_little_is_to_be_explained_a_little_behind_is_too_far(monkeypatch)
     assert _followed(monkeypatch, scores) == ["looseness", "rub"]
 
 
-def test_a_real_is_standardised_by_what_the_others_let_expect() -> None:
+def test_a_line_is_standardised_by_what_the_others_let_expect() -> None:
     generator = np.random.default_rng(2)
-    directions, vector = generator.normal(size=(2, 5)), generator.normal(size=5)
-    covariance = np.eye(5) + directions.T @ directions
-    found = Widened(directions).standardised(vector)
+    factor = np.tril(generator.normal(size=(5, 5))) + 3 * np.eye(5)
+    directions, line = generator.normal(size=(2, 5)), generator.normal(size=5)
+    covariance = factor @ (np.eye(5) + directions.T @ directions) @ factor.T
+    found = Widened(directions).standardised(np.linalg.solve(factor, line), factor)
     for i in range(5):
         others = [j for j in range(5) if j != i]
         weights = np.linalg.solve(covariance[np.ix_(others, others)], covariance[others, i])
-        left = vector[i] - weights @ vector[others]
+        left = line[i] - weights @ line[others]
         assert found[i] == pytest.approx(left / np.sqrt(covariance[i, i] - weights @ covariance[others, i]))
 
 
@@ -69,6 +70,8 @@ def test_a_clear_line_is_worth_a_second_effect_though_the_sum_is_that_of_noise(
     residual = 0.3 * np.random.default_rng(3).normal(size=400)
     residual[7] = standing_out
     law = np.zeros((0, 400))
-    leader = SimpleNamespace(residual=residual, law=law, power=float(residual @ residual), log_evidence=10.0)
+    leader = SimpleNamespace(
+        residual=residual, compared=None, law=law, power=float(residual @ residual), log_evidence=10.0
+    )
     assert leader.power < 400
     assert two_effects.may_gain(leader, 10.0) == gains  # type: ignore[arg-type]
