@@ -100,12 +100,16 @@ def evaluate(
             typer.echo(f"rotorwise: {message}", err=True)
         if report is not None:
             _write(found, used, report, force=force)
+    _say(found, report, as_json=as_json)
+    if found.unreadable:
+        raise typer.Exit(_FAILED)
+
+
+def _say(found: Evaluated, report: Path | None, *, as_json: bool) -> None:
     if as_json:
         print(json.dumps({**found.data, "files": list(found.files), "remarks": list(found.remarks)}, indent=2))
     else:
         _show(found, report)
-    if found.unreadable:
-        raise typer.Exit(_FAILED)
 
 
 def _metadata(rate: options.Rate, unit: options.Unit, speed: options.Speed, bearing: options.Bearing) -> Metadata:

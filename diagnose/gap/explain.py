@@ -197,10 +197,7 @@ def _without_rhythm(
     effects = [one.effect for one in candidates(machine, without=without | others)] if envelopes else []
     orders = np.array(
         [
-            [
-                abs(kind.order_at(order, condition.speed_rpm))
-                for order, kind in zip(lines.orders, lines.kinds, strict=True)
-            ]
+            [kind.order_at(order, condition.speed_rpm) for order, kind in zip(lines.orders, lines.kinds, strict=True)]
             for condition in lines.conditions
         ]
     )

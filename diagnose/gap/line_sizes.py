@@ -78,9 +78,8 @@ def line_sizes(
         `carriers_of` the locked orders, where they are known already.
     """
     speed_hz = (turns[-1] - turns[0]) / (turns.size - 1) * rate_hz
-    left = signals - signals.mean(axis=1, keepdims=True)
     carriers = carriers_of(locked[0], turns) if carriers is None else carriers
-    left = left - np.real(np.conj(locked[1]) @ carriers)
+    left = signals - signals.mean(axis=1, keepdims=True) - np.real(np.conj(locked[1]) @ carriers)
     spectra = {False: line_power(left)}
     if any(kind.envelope for kind in kinds):
         spectra[True] = _envelope_power(left, rate_hz, speed_hz, missing_noise)
@@ -95,12 +94,10 @@ def line_sizes(
         if half <= 0 or frequency + FLOOR_WIDTHS * half > highest or frequency < FEWEST_PERIODS * resolution:
             continue
         size, deviation = _in_band(spectra[kind.envelope], frequency / resolution, half / resolution)
-        sizes[:, column] = size
-        deviations[:, column] = np.hypot(deviation, REPEATED * size)
+        unseen = kind.envelope & ~np.array(accelerations, dtype=bool)
+        sizes[:, column], deviations[:, column] = size, np.where(unseen, np.inf, np.hypot(deviation, REPEATED * size))
         if not kind.envelope:
             bands[column] = frequency, half
-        if kind.envelope:
-            deviations[~np.array(accelerations, dtype=bool), column] = np.inf
     if doubted:
         _doubt_neighbours(sizes, deviations, bands, MAIN_LOBE * resolution)
         _doubt_beside_orders(sizes, deviations, bands, locked[0] * speed_hz, spectra[False], resolution)

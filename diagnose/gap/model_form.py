@@ -97,16 +97,8 @@ def extended(
     for count in range(MOST_TERMS if able else 0):
         tell(f"what the model lacks when healthy, term {count + 1}")
         terms = lacking_terms(state.current, predictor, reference_rpm=reference_rpm)
-        tried = _worth_trying(_gains(state.current, healthy, terms), terms)
-        if not tried:
-            break
-        # What slopes promise is not what is there: each is calibrated.
-        grown = [state.changed((*state.terms, one), healthy, predictor, afresh=not count) for one in tried]
-        grown = [one for one in grown if one.runs(speeds)]
-        if not grown:
-            break
-        further = max(grown, key=lambda one: one.evidence(healthy))
-        if _evidence(further.current, healthy) < _evidence(state.current, healthy) + LEAST_GAIN:
+        further = _grown(state, terms, healthy, predictor, speeds)
+        if further is None or _evidence(further.current, healthy) < _evidence(state.current, healthy) + LEAST_GAIN:
             break
         state = further
     while state.terms and (weakest := _not_needed(state, healthy)) is not None:
@@ -180,6 +172,16 @@ class _State:
         there = replace(self, terms=terms)
         machine, coordinates = there.with_terms()
         return replace(there, current=calibrated(machine, healthy, predictor, coordinates, begin=begin))
+
+
+def _grown(
+    state: _State, terms: Sequence[Term], healthy: OrderLines, predictor: Predictor, speeds_rpm: Sequence[float]
+) -> _State | None:
+    """Return the state with the best further term; None where none promises enough or none leaves it stable."""
+    tried = _worth_trying(_gains(state.current, healthy, terms), terms)
+    # What slopes promise is not what is there: each is calibrated, the first one from the machine as given.
+    grown = [state.changed((*state.terms, one), healthy, predictor, afresh=not state.terms) for one in tried]
+    return max((one for one in grown if one.runs(speeds_rpm)), key=lambda one: one.evidence(healthy), default=None)
 
 
 def _worth_trying(gains: np.ndarray, terms: Sequence[Term]) -> list[Term]:

@@ -13,8 +13,8 @@ from .screen import Atom, Start, starts
 
 #: Parts and variants of one effect that are followed.
 PLACES = 2
-#: Hypotheses that are simulated in time and so far behind the best in the first look are not followed; nor those behind
-#: by this share of what the best explains, where that is more: a fifth beside the right size leaves so much.
+#: Hypotheses that are simulated in time and further behind the best in the first look than this, and than this share of
+#: what the best explains, are not followed: a fifth beside the right size leaves such a share.
 FAR_BEHIND, BEHIND_ON_GRID = 300.0, 0.05
 #: Nor finished, where after the first steps they leave so many times what the best leaves, and as much again.
 TIMES_WORSE = 10.0

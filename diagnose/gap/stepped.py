@@ -22,7 +22,7 @@ from .wanted_lines import STRUCK
 #: are told apart from these.
 TURNS = 24.0
 #: Longest step of a smooth motion, in samples of the record and as a multiple of the machine's own, less where parts
-#: are struck or touch: lines are then known to 1e-3 (the test rig's, at 3200 Hz), others to 1e-5.
+#: are struck or touch: sizes that a struck bearing states are then known to 1e-3, other lines to 1e-5 (test rig).
 STEPS_OF_SMOOTH, COARSER, COARSER_OF_TOUCHING = 0.5, 8.0, 2.0
 #: Longest settling of a motion of which only the difference from a like one counts.
 LONGEST_SETTLING_S = 0.4

@@ -96,10 +96,7 @@ def order_map(
             f"Frames of {turns_a_frame} turns in steps of {turns_a_step} up to order {highest_order}; allowed: whole "
             "turns of at least 1 and an order above 0."
         )
-    per_turn = samples_a_turn(highest_order)
-    # A frame may hold a few more samples, so that its length has small factors only.
-    while fast_length(per_turn * turns_a_frame) != per_turn * turns_a_frame:
-        per_turn += 1
+    per_turn = _for_whole_frames(highest_order, turns_a_frame)
     even = angular_resample(signals, phase_turns=phase_turns, samples_per_turn=per_turn)
     length = per_turn * turns_a_frame
     if even.shape[1] < length:
@@ -118,6 +115,14 @@ def order_map(
     middle = first + turns_a_frame / 2
     position = np.interp(middle, phase_turns, np.arange(phase_turns.size))
     return OrderMap(position / rate_hz, middle, _slope_at(phase_turns, position) * rate_hz, orders, amplitude)
+
+
+def _for_whole_frames(highest_order: float, turns_a_frame: int) -> int:
+    """Return a few more samples a turn than needed, so that the length of a frame has small factors only."""
+    per_turn = samples_a_turn(highest_order)
+    while fast_length(per_turn * turns_a_frame) != per_turn * turns_a_frame:
+        per_turn += 1
+    return per_turn
 
 
 def _slope_at(values: np.ndarray, position: np.ndarray) -> np.ndarray:

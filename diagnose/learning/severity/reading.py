@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +21,9 @@ from ..store_rows import channels_of, recording_of, row_groups, rows
 from .feature_row import ShaftLines, feature_row, shaft_lines
 from .targets import TARGETS
 from .unit_responses import UnitResponses, source_features
+
+#: A row, its features, shaft lines, worst zone and labels.
+_ReadRow = tuple[Mapping[str, Any], dict[str, float], ShaftLines, Severity | None, dict[str, float]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,6 +135,26 @@ def features_of(
     return values, lines
 
 
+def _read(
+    store: Store, names: Sequence[str], responses: UnitResponses, tell: Callable[[int], None]
+) -> tuple[list[_ReadRow], list[str]]:
+    """Return what is read of each row, and why others are refused."""
+    channels, found, refused = channels_of(store.recipe), [], []
+    for piece in row_groups(store):
+        for row in rows(store, piece):
+            recording = recording_of(row, channels)
+            try:
+                values, lines = features_of(recording, responses.probes, responses)
+            except RotorwiseError as problem:
+                refused.append(str(problem))
+                continue
+            shown, _ = assess(recording, speed_rpm=lines.speed_rpm)
+            labels = {target.name: row[target.label] or 0.0 for target in TARGETS if target.name in names}
+            found.append((row, values, lines, shown[0] if shown else None, labels))
+            tell(len(found))
+    return found, refused
+
+
 def read_table(
     store: Store,
     *,
@@ -158,21 +182,8 @@ def read_table(
             f"{store.folder.name} has no label of {', '.join(target.label for target in TARGETS)}. Use a dataset of "
             "a recipe with such a [severity], for example severity_amb_rotor."
         )
-    channels = channels_of(store.recipe)
     responses = responses or UnitResponses(reference_machine(store.recipe), probes_of(store.recipe))
-    found, refused = [], []
-    for piece in row_groups(store):
-        for row in rows(store, piece):
-            recording = recording_of(row, channels)
-            try:
-                values, lines = features_of(recording, responses.probes, responses)
-            except RotorwiseError as problem:
-                refused.append(str(problem))
-                continue
-            shown, _ = assess(recording, speed_rpm=lines.speed_rpm)
-            labels = {target.name: row[target.label] or 0.0 for target in TARGETS if target.name in names}
-            found.append((row, values, lines, shown[0] if shown else None, labels))
-            tell(len(found))
+    found, refused = _read(store, names, responses, tell)
     if not found and refused:
         raise InvalidValueError(
             f"None of the {len(refused)} signals of {store.folder.name} can be used; the first: {refused[0]} Give a "
