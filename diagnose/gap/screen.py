@@ -22,6 +22,7 @@ from .hypotheses import Candidate
 from .predict import Predictor, UnpredictableError
 from .response_shape import SHAPE_LEVELS, ResponseShape, scaled_strengths
 from .responses import Responses
+from .together import together
 
 FINE_ANGLES = 360
 #: Levels of a strength that is not proportional, of a free angle that does not only turn, of any other parameter.
@@ -40,6 +41,9 @@ COARSER, LEAST_ATOMS = 4, 16
 NEAR = 1.5
 #: Factor over which one that is proportional is followed.
 FAR = 1e3
+#: Share of a strength's prior below it where several strengths are computed to be added up: the smaller, the better
+#: they do.
+SMALL_SHARE = 0.25
 #: Logarithmic shares of the way from an atom's strength to the likeliest one that are tried.
 PRIOR_SHARES = (1.0, 0.5, 0.1, 0.0)
 #: Atoms of a candidate whose evidence is computed with the law's tolerance.
@@ -191,6 +195,10 @@ def _spread(
     of_others = [ANGLE_LEVELS if coordinates[i].is_angle else SHAPE_LEVELS for i in others]
     fine = int((min(MOST_LEVELS, most) / math.prod(of_others)) ** (1 / max(len(bent), 1)) + 1e-9)
     counts = [max(STRENGTH_LEVELS, fine)] * len(bent) + of_others
+    shared = _shared_angle(candidate, others)
+    if math.prod(counts) > most and shared >= 0:
+        few = [coordinates[i].at_share(SMALL_SHARE) for i in bent]
+        return [moved_to(centre, [*bent, shared], [*few, at]) for at in coordinates[shared].quantiles(ANGLE_LEVELS)]
     if math.prod(counts) <= most:
         levels = [coordinates[i].quantiles(count) for i, count in zip(moved, counts, strict=True)]
         return [moved_to(centre, moved, values) for values in itertools.product(*levels)]
@@ -203,6 +211,38 @@ def _spread(
         moved_to(centre, moved, [coordinates[i].at_share(share) for i, share in zip(moved, point, strict=True)])
         for point in shares.tolist()
     ]
+
+
+def _shared_angle(candidate: Candidate, others: Sequence[int]) -> int:
+    """Return the only angle that all of several strengths have, -1 where there is none."""
+    angles = [i for i in others if candidate.coordinates[i].is_angle]
+    shared = (
+        len(candidate.strengths) > 1 and len(angles) == 1 and not candidate.coordinates[angles[0]].parameter.only_with
+    )
+    return angles[0] if shared else -1
+
+
+def _all_at_one_angle(
+    candidate: Candidate, atoms: Sequence[Atom], compared: Comparison
+) -> tuple[float, np.ndarray, np.ndarray] | None:
+    """Return all strengths at the angle where they explain most together, where they were computed for that."""
+    shared = _shared_angle(candidate, [i for i in range(len(candidate.coordinates)) if i not in candidate.strengths])
+    if shared < 0:
+        return None
+    one = candidate.coordinates[shared]
+    by_place = {(atom.moving[0], float(atom.position[shared])): atom for atom in atoms if atom.turning < 0}
+    grid = [[by_place.get((i, at)) for i in candidate.strengths] for at in one.quantiles(ANGLE_LEVELS)]
+    if not all(atom for row in grid for atom in row):
+        return None
+    responses = np.array([[atom.response for atom in row if atom] for row in grid])
+    angle, factors, response = together(responses, compared, idealised=candidate.effect.IDEALISED)
+    position = grid[0][0].position.copy()
+    position[shared] = one.at_share(angle)
+    for i, factor, atom in zip(candidate.strengths, factors, grid[0], strict=True):
+        strength = candidate.coordinates[i]
+        zero = strength.parameter.zero or 0.0
+        position[i] = strength.coordinate(zero + factor * (strength.value(float(atom.position[i])) - zero))
+    return 0.0, position, response
 
 
 def starts(candidate: Candidate, atoms: Sequence[Atom], compared: Comparison) -> list[Start]:
@@ -224,7 +264,8 @@ def starts(candidate: Candidate, atoms: Sequence[Atom], compared: Comparison) ->
     found = []
     best = _different(rated)
     if len(candidate.strengths) > 1 and best:
-        best.insert(0, _pursued(candidate, atoms, compared, orders, wanted, best[0]))
+        at_one_angle = _all_at_one_angle(candidate, atoms, compared)
+        best.insert(0, at_one_angle or _pursued(candidate, atoms, compared, orders, wanted, best[0]))
     for _, position, response in best:
         law = Widened(law_columns(compared, response, idealised=candidate.effect.IDEALISED))
         value = log_density(compared, wanted - compared.whitened(response), law)
