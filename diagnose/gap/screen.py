@@ -232,13 +232,14 @@ def _all_at_one_angle(
     one = candidate.coordinates[shared]
     by_place = {(atom.moving[0], float(atom.position[shared])): atom for atom in atoms if atom.turning < 0}
     grid = [[by_place.get((i, at)) for i in candidate.strengths] for at in one.quantiles(ANGLE_LEVELS)]
-    if not all(atom for row in grid for atom in row):
+    rows = [[atom for atom in row if atom] for row in grid]
+    if any(len(row) < len(candidate.strengths) for row in rows):
         return None
-    responses = np.array([[atom.response for atom in row if atom] for row in grid])
+    responses = np.array([[atom.response for atom in row] for row in rows])
     angle, factors, response = together(responses, compared, idealised=candidate.effect.IDEALISED)
-    position = grid[0][0].position.copy()
+    position = rows[0][0].position.copy()
     position[shared] = one.at_share(angle)
-    for i, factor, atom in zip(candidate.strengths, factors, grid[0], strict=True):
+    for i, factor, atom in zip(candidate.strengths, factors, rows[0], strict=True):
         strength = candidate.coordinates[i]
         zero = strength.parameter.zero or 0.0
         position[i] = strength.coordinate(zero + factor * (strength.value(float(atom.position[i])) - zero))
