@@ -33,7 +33,8 @@ OLDEST := tests/datasets tests/signal tests/diagnose/signal tests/severity tests
 
 # Slow ones: quicker ones beside them look at the same libraries.
 NOT_OLDEST := not killed and not disk and not kept and not computes and not memory_is_a_location and not goes_on \
-  and not random_combs and not slow_shaft
+  and not random_combs and not slow_shaft and not confidence_is_honest and not share_of_frames \
+  and not independent_solver and not implicit_solver and not unrelated_lines
 
 test-oldest: .venv-oldest/stamp
 	OPENBLAS_NUM_THREADS=1 .venv-oldest/bin/pytest -n auto --dist worksteal -m "not browser" \
