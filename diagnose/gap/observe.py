@@ -142,8 +142,7 @@ def _with_sizes(
     amplitudes = np.zeros((len(probes), len(orders)), dtype=complex)
     whole = np.zeros((len(probes), len(orders)))
     amplitudes[:, with_phase], amplitudes[:, ~with_phase] = read.scatter.amplitudes, sizes[0]
-    by_tacho = _turns_by_tacho(recording)
-    turned = 2 * np.pi * (by_tacho[1] if by_tacho else 0.0) * locked * np.abs(read.scatter.amplitudes)
+    turned = 2 * np.pi * _angle_doubt_turns(recording) * locked * np.abs(read.scatter.amplitudes)
     whole[:, with_phase] = np.where(too_high, np.inf, np.hypot(deviations, turned))
     whole[:, ~with_phase] = sizes[1]
     condition = Condition(60 * speed_hz, recording.condition.load, has_tacho(recording))
@@ -166,7 +165,7 @@ def turns_of(recording: Recording, signals: np.ndarray) -> np.ndarray:
     """
     found = _turns_by_tacho(recording)
     if found is not None:
-        return found[0]
+        return found
     speed = _speed_of_lines(recording)
     turns = constant_speed_phase(samples=recording.samples, rate_hz=recording.rate_hz, speed_hz=speed.speed_hz)
     slack = max(speed.high_hz / speed.speed_hz - 1, 1 - speed.low_hz / speed.speed_hz)
@@ -214,23 +213,51 @@ def shaft_turns(recording: Recording) -> np.ndarray:
     """
     found = _turns_by_tacho(recording)
     if found is not None:
-        return found[0]
+        return found
     speed = _speed_of_lines(recording)
     return constant_speed_phase(samples=recording.samples, rate_hz=recording.rate_hz, speed_hz=speed.speed_hz)
 
 
-def _turns_by_tacho(recording: Recording) -> tuple[np.ndarray, float] | None:
-    """Return the turns at every sample, and the standard deviation of all together, in turns; None without pulses."""
+def _turns_by_tacho(recording: Recording) -> np.ndarray | None:
+    found = _pulses(recording)
+    if found is None:
+        return None
+    signal, times_s = found
+    smooth = _smooth_law(recording, signal, times_s)
+    if smooth is not None:
+        return smooth[0](np.arange(recording.samples) / recording.rate_hz)
     per_turn = recording.pulses_per_revolution
-    how = {"samples": recording.samples, "rate_hz": recording.rate_hz, "pulses_per_revolution": per_turn}
+    how = {"samples": recording.samples, "rate_hz": recording.rate_hz}
+    return phase_from_pulses(times_s, pulses_per_revolution=per_turn, **how)
+
+
+def _angle_doubt_turns(recording: Recording) -> float:
+    """Return the standard deviation of the angle of the whole recording, as far as pulses tell it, in turns."""
+    found = _pulses(recording)
+    smooth = _smooth_law(recording, *found) if found is not None else None
+    return 0.0 if smooth is None else smooth[1]
+
+
+def _pulses(recording: Recording) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return the first tacho that pulses, and when it does; None where there is none."""
+    how = {"rate_hz": recording.rate_hz, "pulses_per_revolution": recording.pulses_per_revolution}
     for signal, channel in zip(recording.signals, recording.channels, strict=True):
-        if channel.quantity != "tacho":
-            continue
-        found = speed_from_tacho(signal, rate_hz=recording.rate_hz, pulses_per_revolution=per_turn)
+        found = speed_from_tacho(signal, **how) if channel.quantity == "tacho" else None
         if found:
-            smooth = smooth_turns(found[1], are_steps=are_steps(signal, found[1] * recording.rate_hz), **how)
-            return smooth or (phase_from_pulses(found[1], **how), 0.0)
+            return signal, found[1]
     return None
+
+
+def _smooth_law(
+    recording: Recording, signal: np.ndarray, times_s: np.ndarray
+) -> tuple[np.polynomial.Polynomial, float] | None:
+    return smooth_law(
+        times_s,
+        duration_s=recording.samples / recording.rate_hz,
+        rate_hz=recording.rate_hz,
+        pulses_per_revolution=recording.pulses_per_revolution,
+        steps=are_steps(signal, times_s * recording.rate_hz),
+    )
 
 
 def _speed_of_lines(recording: Recording) -> SpeedEstimate:
@@ -243,31 +270,29 @@ def _speed_of_lines(recording: Recording) -> SpeedEstimate:
     return speed
 
 
-def smooth_turns(
-    times_s: np.ndarray, *, samples: int, rate_hz: float, pulses_per_revolution: float, are_steps: bool = False
-) -> tuple[np.ndarray, float] | None:
-    """Return the shaft's turns at every sample as a cubic of time, where that passes every pulse within a sample.
+def smooth_law(
+    times_s: np.ndarray, *, duration_s: float, rate_hz: float, pulses_per_revolution: float, steps: bool
+) -> tuple[np.polynomial.Polynomial, float] | None:
+    """Return the shaft's turns as a cubic of time, where that passes every pulse within a sample; else None.
 
     A pulse's edge is known to a part of a sample. Followed from pulse to pulse, that error repeats with the beat
     between shaft and sampling, and makes lines beside the shaft's orders which are not there. None where the speed
     wanders more.
 
-    With the standard deviation of the angle of the whole record, in turns: of edges that ``are_steps`` see
+    With the standard deviation of the angle of the whole record, in turns: of edges that are ``steps`` see
     `pulse_edges`; of others 0.
     """
     turns = np.arange(times_s.size) / pulses_per_revolution
-    end = samples / rate_hz
-    law = np.polynomial.Polynomial.fit(times_s, turns, SMOOTH_DEGREE, domain=[0.0, end])
+    law = np.polynomial.Polynomial.fit(times_s, turns, SMOOTH_DEGREE, domain=[0.0, duration_s])
     turns_per_sample = (turns[-1] - turns[0]) / (times_s[-1] - times_s[0]) / rate_hz
     away = (law(times_s) - turns) / turns_per_sample
     if times_s.size < SMOOTH_PULSES or np.abs(away).max() > EDGE_SAMPLES:
         return None
-    passed = law(np.arange(samples) / rate_hz)
-    between = between_edges(times_s, away, SMOOTH_DEGREE, duration_s=end) if are_steps else None
+    between = between_edges(times_s, away, SMOOTH_DEGREE, duration_s=duration_s) if steps else None
     if between is None:
-        return passed, 0.0
+        return law, 0.0
     lacking, doubt = between
-    return passed - turns_per_sample * lacking(np.arange(samples) / rate_hz), turns_per_sample * doubt
+    return law - turns_per_sample * lacking, turns_per_sample * doubt
 
 
 def has_tacho(recording: Recording) -> bool:

@@ -16,6 +16,8 @@ import numpy as np
 AT_LEVEL, STEPS = 0.1, 0.9
 #: Samples about a law of least squares over which edges may lie that another law passes within half a sample.
 LARGEST_SPREAD = 1.5
+#: Parts of a record of which the outermost edges are looked at.
+PARTS = 64
 #: Samples by which rounding may move an edge.
 ROUNDING = 1e-3
 
@@ -49,20 +51,23 @@ def between_edges(
 
     if float(np.ptp(away_samples)) > LARGEST_SPREAD:
         return None
-    law = np.polynomial.Polynomial.basis(degree, domain=[0.0, duration_s])
-    scaled = law.mapparms()[0] + law.mapparms()[1] * times_s
-    powers = np.polynomial.polynomial.polyvander(scaled, degree)
-    least = np.full((times_s.size, 1), -1.0)
+    # Of a long record only the outermost edges of each part bound the law.
+    parts = np.array_split(np.arange(times_s.size), min(PARTS, times_s.size))
+    bounding = np.unique([[part[np.argmax(away_samples[part])], part[np.argmin(away_samples[part])]] for part in parts])
+    away = away_samples[bounding]
+    powers = np.polynomial.polynomial.polyvander(2 * times_s[bounding] / duration_s - 1, degree)
+    least = np.full((away.size, 1), -1.0)
     found = linprog(
         np.append(np.zeros(degree + 1), 1.0),
         A_ub=np.block([[powers, least], [-powers, least]]),
-        b_ub=np.concatenate([away_samples, -away_samples]),
+        b_ub=np.concatenate([away, -away]),
         bounds=[(None, None)] * (degree + 1) + [(0.0, None)],
     )
-    if found.status != 0 or found.x[-1] > 0.5 + ROUNDING:
+    if found.status != 0:
         return None
     lacking = np.polynomial.Polynomial(found.x[:-1], domain=[0.0, duration_s])
-    return lacking, max(1.0 - 2 * float(found.x[-1]), 0.0) / math.sqrt(12)
+    furthest = float(np.abs(away_samples - lacking(times_s)).max())
+    return None if furthest > 0.5 + ROUNDING else (lacking, max(1.0 - 2 * furthest, 0.0) / math.sqrt(12))
 
 
 def are_steps(signal: np.ndarray, edges: np.ndarray) -> bool:

@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
-from rotorwise.diagnose.gap.observe import smooth_turns
+from rotorwise.diagnose.gap.observe import smooth_law
 from rotorwise.diagnose.gap.pulse_edges import are_steps
 
 RATE_HZ, SAMPLES = 500.0, 2500
+TIMES_S = np.arange(SAMPLES) / RATE_HZ
+HOW = {"duration_s": SAMPLES / RATE_HZ, "rate_hz": RATE_HZ, "pulses_per_revolution": 1.0}
 
 
 def _seen(speed_hz: float, shift_turns: float = 0.0, wander: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -18,9 +20,9 @@ def _seen(speed_hz: float, shift_turns: float = 0.0, wander: float = 0.0) -> tup
 def _angle(speed_hz: float, shift_turns: float, **how: float) -> tuple[float, float]:
     """Return the mean error and the doubt of the angle, in samples."""
     turns, edges = _seen(speed_hz, shift_turns, **how)
-    found = smooth_turns(edges / RATE_HZ, samples=SAMPLES, rate_hz=RATE_HZ, pulses_per_revolution=1.0, are_steps=True)
+    found = smooth_law(edges / RATE_HZ, steps=True, **HOW)
     assert found is not None
-    error = float(np.mean(found[0] - turns))
+    error = float(np.mean(found[0](TIMES_S) - turns))
     return (error - round(error)) * RATE_HZ / speed_hz, found[1] * RATE_HZ / speed_hz
 
 
@@ -50,20 +52,19 @@ def test_an_edge_upon_a_sample_is_where_it_is_though_rounding_moves_it():
     # Every edge lies upon a sample; rounding puts it into the one before or behind, mostly into one of them.
     at = np.arange(1, 49)
     edges = 50.0 * at + np.where(at % 7 == 0, 0.5, -0.5)
-    found = smooth_turns(edges / RATE_HZ, samples=SAMPLES, rate_hz=RATE_HZ, pulses_per_revolution=1.0, are_steps=True)
+    found = smooth_law(edges / RATE_HZ, steps=True, **HOW)
     assert found is not None
-    np.testing.assert_allclose(found[0] + 1, np.arange(SAMPLES) / 50, atol=1e-3 / 50)
+    np.testing.assert_allclose(found[0](TIMES_S) + 1, np.arange(SAMPLES) / 50, atol=1e-3 / 50)
     assert found[1] == pytest.approx(0.0, abs=1e-6)
 
 
 def test_edges_further_apart_than_a_sample_are_not_forced_between_samples():
     _, edges = _seen(10.0, 0.3 / 50)
     scattered = (edges + np.where(np.arange(edges.size) % 3 == 0, 0.7, -0.7)) / RATE_HZ
-    how = {"samples": SAMPLES, "rate_hz": RATE_HZ, "pulses_per_revolution": 1.0}
-    stepped, plain = smooth_turns(scattered, are_steps=True, **how), smooth_turns(scattered, **how)
+    stepped, plain = smooth_law(scattered, steps=True, **HOW), smooth_law(scattered, steps=False, **HOW)
     assert stepped is not None
     assert plain is not None
-    assert np.array_equal(stepped[0], plain[0])
+    assert np.array_equal(stepped[0].coef, plain[0].coef)
     assert stepped[1] == plain[1] == 0
 
 
