@@ -22,7 +22,6 @@ from ..signal.speed import speed_from_tacho
 from .line_noise import Scatter, UnusableRecordingError, deviations_of, scatter_of, weighted_mean
 from .line_sizes import line_sizes
 from .lines import Condition, LineKind, OrderLines, joined, strongest_probes, turned_to_reference
-from .pulse_edges import are_steps, between_edges
 
 #: Lines above this share of the sampling rate are bent by the anti-alias filter.
 HIGHEST_SHARE = 0.4
@@ -142,9 +141,7 @@ def _with_sizes(
     amplitudes = np.zeros((len(probes), len(orders)), dtype=complex)
     whole = np.zeros((len(probes), len(orders)))
     amplitudes[:, with_phase], amplitudes[:, ~with_phase] = read.scatter.amplitudes, sizes[0]
-    turned = 2 * np.pi * _angle_doubt_turns(recording) * locked * np.abs(read.scatter.amplitudes)
-    whole[:, with_phase] = np.where(too_high, np.inf, np.hypot(deviations, turned))
-    whole[:, ~with_phase] = sizes[1]
+    whole[:, with_phase], whole[:, ~with_phase] = np.where(too_high, np.inf, deviations), sizes[1]
     condition = Condition(60 * speed_hz, recording.condition.load, has_tacho(recording))
     return OrderLines((condition,), probes, orders, amplitudes[None], whole[None], kinds)
 
@@ -219,45 +216,16 @@ def shaft_turns(recording: Recording) -> np.ndarray:
 
 
 def _turns_by_tacho(recording: Recording) -> np.ndarray | None:
-    found = _pulses(recording)
-    if found is None:
-        return None
-    signal, times_s = found
-    smooth = _smooth_law(recording, signal, times_s)
-    if smooth is not None:
-        return smooth[0](np.arange(recording.samples) / recording.rate_hz)
-    per_turn = recording.pulses_per_revolution
-    how = {"samples": recording.samples, "rate_hz": recording.rate_hz}
-    return phase_from_pulses(times_s, pulses_per_revolution=per_turn, **how)
-
-
-def _angle_doubt_turns(recording: Recording) -> float:
-    """Return the standard deviation of the angle of the whole recording, as far as pulses tell it, in turns."""
-    found = _pulses(recording)
-    smooth = _smooth_law(recording, *found) if found is not None else None
-    return 0.0 if smooth is None else smooth[1]
-
-
-def _pulses(recording: Recording) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return the first tacho that pulses, and when it does; None where there is none."""
-    how = {"rate_hz": recording.rate_hz, "pulses_per_revolution": recording.pulses_per_revolution}
-    for signal, channel in zip(recording.signals, recording.channels, strict=True):
-        found = speed_from_tacho(signal, **how) if channel.quantity == "tacho" else None
+    pulses = recording.pulses_per_revolution
+    for index, channel in enumerate(recording.channels):
+        if channel.quantity != "tacho":
+            continue
+        found = speed_from_tacho(recording.signals[index], rate_hz=recording.rate_hz, pulses_per_revolution=pulses)
         if found:
-            return signal, found[1]
+            how = {"samples": recording.samples, "rate_hz": recording.rate_hz, "pulses_per_revolution": pulses}
+            smooth = smooth_turns(found[1], **how)
+            return phase_from_pulses(found[1], **how) if smooth is None else smooth
     return None
-
-
-def _smooth_law(
-    recording: Recording, signal: np.ndarray, times_s: np.ndarray
-) -> tuple[np.polynomial.Polynomial, float] | None:
-    return smooth_law(
-        times_s,
-        duration_s=recording.samples / recording.rate_hz,
-        rate_hz=recording.rate_hz,
-        pulses_per_revolution=recording.pulses_per_revolution,
-        steps=are_steps(signal, times_s * recording.rate_hz),
-    )
 
 
 def _speed_of_lines(recording: Recording) -> SpeedEstimate:
@@ -270,29 +238,23 @@ def _speed_of_lines(recording: Recording) -> SpeedEstimate:
     return speed
 
 
-def smooth_law(
-    times_s: np.ndarray, *, duration_s: float, rate_hz: float, pulses_per_revolution: float, steps: bool
-) -> tuple[np.polynomial.Polynomial, float] | None:
-    """Return the shaft's turns as a cubic of time, where that passes every pulse within a sample; else None.
+def smooth_turns(
+    times_s: np.ndarray, *, samples: int, rate_hz: float, pulses_per_revolution: float
+) -> np.ndarray | None:
+    """Return the shaft's turns at every sample as a cubic of time, where that passes every pulse within a sample.
 
     A pulse's edge is known to a part of a sample. Followed from pulse to pulse, that error repeats with the beat
     between shaft and sampling, and makes lines beside the shaft's orders which are not there. None where the speed
     wanders more.
-
-    With the standard deviation of the angle of the whole record, in turns: of edges that are ``steps`` see
-    `pulse_edges`; of others 0.
     """
     turns = np.arange(times_s.size) / pulses_per_revolution
-    law = np.polynomial.Polynomial.fit(times_s, turns, SMOOTH_DEGREE, domain=[0.0, duration_s])
-    turns_per_sample = (turns[-1] - turns[0]) / (times_s[-1] - times_s[0]) / rate_hz
-    away = (law(times_s) - turns) / turns_per_sample
-    if times_s.size < SMOOTH_PULSES or np.abs(away).max() > EDGE_SAMPLES:
+    end = samples / rate_hz
+    law = np.polynomial.Polynomial.fit(times_s, turns, SMOOTH_DEGREE, domain=[0.0, end])
+    speed_hz = (turns[-1] - turns[0]) / (times_s[-1] - times_s[0])
+    away = np.abs(law(times_s) - turns) / speed_hz * rate_hz
+    if times_s.size < SMOOTH_PULSES or away.max() > EDGE_SAMPLES:
         return None
-    between = between_edges(times_s, away, SMOOTH_DEGREE, duration_s=duration_s) if steps else None
-    if between is None:
-        return law, 0.0
-    lacking, doubt = between
-    return law - turns_per_sample * lacking, turns_per_sample * doubt
+    return law(np.arange(samples) / rate_hz)
 
 
 def has_tacho(recording: Recording) -> bool:
