@@ -124,7 +124,7 @@ def atoms_of(
 
 
 def _strength_sets(candidate: Candidate) -> list[tuple[int, ...]]:
-    """Return which strengths act together: each alone; the best of each are put together by `_pursued`."""
+    """Return which strengths act together: each alone; `starts` puts them together."""
     return [(one,) for one in candidate.strengths] or [()]
 
 
@@ -186,8 +186,9 @@ def _spread(
 ) -> list[np.ndarray]:
     """Return positions over strengths that do not only scale, and over other coordinates.
 
-    All combinations of a few levels where these are not too many, else points that fill the space evenly (Sobol'),
-    so that no direction is left out.
+    All combinations of a few levels where these are not too many. Else, where several strengths share an angle, small
+    ones all round the circle, to be added up; or points that fill the space evenly (Sobol'), so that no direction is
+    left out.
     """
     coordinates, moved = candidate.coordinates, (*bent, *others)
     if not moved:
@@ -195,13 +196,13 @@ def _spread(
     of_others = [ANGLE_LEVELS if coordinates[i].is_angle else SHAPE_LEVELS for i in others]
     fine = int((min(MOST_LEVELS, most) / math.prod(of_others)) ** (1 / max(len(bent), 1)) + 1e-9)
     counts = [max(STRENGTH_LEVELS, fine)] * len(bent) + of_others
-    shared = _shared_angle(candidate, others)
-    if math.prod(counts) > most and shared >= 0:
-        few = [coordinates[i].at_share(SMALL_SHARE) for i in bent]
-        return [moved_to(centre, [*bent, shared], [*few, at]) for at in coordinates[shared].quantiles(ANGLE_LEVELS)]
     if math.prod(counts) <= most:
         levels = [coordinates[i].quantiles(count) for i, count in zip(moved, counts, strict=True)]
         return [moved_to(centre, moved, values) for values in itertools.product(*levels)]
+    shared = _shared_angle(candidate, others)
+    if shared >= 0:
+        small = [coordinates[i].at_share(SMALL_SHARE) for i in bent]
+        return [moved_to(centre, [*bent, shared], [*small, at]) for at in coordinates[shared].quantiles(ANGLE_LEVELS)]
     from scipy.stats.qmc import Sobol
 
     power = int(math.log2(most))
@@ -214,18 +215,20 @@ def _spread(
 
 
 def _shared_angle(candidate: Candidate, others: Sequence[int]) -> int:
-    """Return the only angle that all of several strengths have, -1 where there is none."""
+    """Return the only angle among some coordinates, where several strengths have it in common; else -1."""
     angles = [i for i in others if candidate.coordinates[i].is_angle]
-    shared = (
-        len(candidate.strengths) > 1 and len(angles) == 1 and not candidate.coordinates[angles[0]].parameter.only_with
-    )
-    return angles[0] if shared else -1
+    if len(candidate.strengths) < 2 or len(angles) != 1 or candidate.coordinates[angles[0]].parameter.only_with:
+        return -1
+    return angles[0]
 
 
 def _all_at_one_angle(
     candidate: Candidate, atoms: Sequence[Atom], compared: Comparison
 ) -> tuple[float, np.ndarray, np.ndarray] | None:
-    """Return all strengths at the angle where they explain most together, where they were computed for that."""
+    """Return all strengths at the angle where they explain most together, as `_pursued` does for others.
+
+    None where they were not computed for that. No gain is told: it is that of the whole, computed by the caller.
+    """
     shared = _shared_angle(candidate, [i for i in range(len(candidate.coordinates)) if i not in candidate.strengths])
     if shared < 0:
         return None

@@ -148,8 +148,7 @@ def test_a_cause_that_grew_in_the_condition_held_out_is_not_named(unbalanced, re
     grown = dataclasses.replace(HIDDEN, moment_kg_m=2 * HIDDEN.moment_kg_m)
     later = recorded(real.with_effects(grown), SPEEDS_RPM[2:3], rate_hz=500.0, duration_s=6.0, seed=31, settle_s=40.0)
     recordings = (*unbalanced.recordings[:2], *later, *unbalanced.recordings[3:])
-    few = frozenset({"unbalance", "support_anisotropy", "run_out"})
-    found = explain_gap(Campaign(recordings, unbalanced.baseline), rigid_coupling, only=few)
+    found = explain_gap(Campaign(recordings, unbalanced.baseline), rigid_coupling, only=RIVALS)
     assert found.gain.held_out == (2,)
     assert found.kind == "unknown"
     assert "misses the held-out conditions by more than noise" in found.remarks[1]

@@ -20,7 +20,7 @@ from .made_campaigns import altered, recorded
 SPEEDS_RPM = (1260.0, 1600.0, 2100.0, 2500.0)
 HOW = {"rate_hz": 3200.0, "duration_s": 1.0}
 HIDDEN = TwiceLineForce(force_n=30.0, torque_n_m=1.0)
-COMPETING = frozenset(("unbalance", "shaft_bow", "coupling_misalignment", "twice_line_force"))
+COMPETING = frozenset(("unbalance", "shaft_bow", "coupling_misalignment", "looseness", "twice_line_force"))
 
 
 @pytest.fixture(scope="session")
