@@ -218,6 +218,10 @@ class SensorEffect(Effect):
         """Change nothing in the machine, but check that it has such a probe."""
         self.chosen(assembly.probes)
 
+    def mixing(self, channels: Sequence[Probe]) -> np.ndarray | None:
+        """Return the matrix by which the effect makes all signals from all; None when it does anything else."""
+        return None
+
     def apply(self, record: SensorRecord, generator: np.random.Generator) -> SensorRecord:
         """Return the record as this effect leaves it; ``generator`` is the effect's own stream of random numbers."""
         raise NotImplementedError

@@ -22,6 +22,7 @@ from ..signal.speed import speed_from_tacho
 from .line_noise import Scatter, UnusableRecordingError, deviations_of, scatter_of, weighted_mean
 from .line_sizes import line_sizes
 from .lines import Condition, LineKind, OrderLines, joined, strongest_probes, turned_to_reference
+from .pulse_edges import are_steps, between_edges
 
 #: Lines above this share of the sampling rate are bent by the anti-alias filter.
 HIGHEST_SHARE = 0.4
@@ -99,6 +100,8 @@ class _Read:
     recording: Recording
     rows: list[int]
     turns: np.ndarray
+    #: Standard deviation of the angle of the whole record.
+    doubt_turns: float
     locked: np.ndarray
     scatter: Scatter
 
@@ -113,8 +116,8 @@ def _read(recording: Recording, channels: list[str], locked: np.ndarray) -> _Rea
         )
     rows = [names.index(name) for name in channels]
     signals = recording.signals[rows]
-    turns = turns_of(recording, signals)
-    return _Read(recording, rows, turns, locked, scatter_of(signals, turns=turns, orders=locked))
+    turns, doubt = _angle_of(recording, signals)
+    return _Read(recording, rows, turns, doubt, locked, scatter_of(signals, turns=turns, orders=locked))
 
 
 def _with_sizes(
@@ -141,7 +144,9 @@ def _with_sizes(
     amplitudes = np.zeros((len(probes), len(orders)), dtype=complex)
     whole = np.zeros((len(probes), len(orders)))
     amplitudes[:, with_phase], amplitudes[:, ~with_phase] = read.scatter.amplitudes, sizes[0]
-    whole[:, with_phase], whole[:, ~with_phase] = np.where(too_high, np.inf, deviations), sizes[1]
+    turned = 2 * np.pi * read.doubt_turns * locked * np.abs(read.scatter.amplitudes)
+    whole[:, with_phase] = np.where(too_high, np.inf, np.hypot(deviations, turned))
+    whole[:, ~with_phase] = sizes[1]
     condition = Condition(60 * speed_hz, recording.condition.load, has_tacho(recording))
     return OrderLines((condition,), probes, orders, amplitudes[None], whole[None], kinds)
 
@@ -160,13 +165,17 @@ def turns_of(recording: Recording, signals: np.ndarray) -> np.ndarray:
     UnusableRecordingError
         As `shaft_turns`.
     """
+    return _angle_of(recording, signals)[0]
+
+
+def _angle_of(recording: Recording, signals: np.ndarray) -> tuple[np.ndarray, float]:
     found = _turns_by_tacho(recording)
     if found is not None:
         return found
     speed = _speed_of_lines(recording)
     turns = constant_speed_phase(samples=recording.samples, rate_hz=recording.rate_hz, speed_hz=speed.speed_hz)
     slack = max(speed.high_hz / speed.speed_hz - 1, 1 - speed.low_hz / speed.speed_hz)
-    return with_still_phases(signals, turns, slack=slack)
+    return with_still_phases(signals, turns, slack=slack), 0.0
 
 
 def with_still_phases(signals: np.ndarray, turns: np.ndarray, *, slack: float) -> np.ndarray:
@@ -210,21 +219,24 @@ def shaft_turns(recording: Recording) -> np.ndarray:
     """
     found = _turns_by_tacho(recording)
     if found is not None:
-        return found
+        return found[0]
     speed = _speed_of_lines(recording)
     return constant_speed_phase(samples=recording.samples, rate_hz=recording.rate_hz, speed_hz=speed.speed_hz)
 
 
-def _turns_by_tacho(recording: Recording) -> np.ndarray | None:
-    pulses = recording.pulses_per_revolution
-    for index, channel in enumerate(recording.channels):
-        if channel.quantity != "tacho":
+def _turns_by_tacho(recording: Recording) -> tuple[np.ndarray, float] | None:
+    """Return the shaft's turns at every sample, and how far all of them may be shifted, by the first tacho that pulses.
+
+    None where there is none.
+    """
+    how = {"rate_hz": recording.rate_hz, "pulses_per_revolution": recording.pulses_per_revolution}
+    for signal, channel in zip(recording.signals, recording.channels, strict=True):
+        found = speed_from_tacho(signal, **how) if channel.quantity == "tacho" else None
+        if not found:
             continue
-        found = speed_from_tacho(recording.signals[index], rate_hz=recording.rate_hz, pulses_per_revolution=pulses)
-        if found:
-            how = {"samples": recording.samples, "rate_hz": recording.rate_hz, "pulses_per_revolution": pulses}
-            smooth = smooth_turns(found[1], **how)
-            return phase_from_pulses(found[1], **how) if smooth is None else smooth
+        steps = are_steps(signal, found[1] * recording.rate_hz)
+        smooth = smooth_turns(found[1], samples=recording.samples, steps=steps, **how)
+        return (phase_from_pulses(found[1], samples=recording.samples, **how), 0.0) if smooth is None else smooth
     return None
 
 
@@ -239,22 +251,25 @@ def _speed_of_lines(recording: Recording) -> SpeedEstimate:
 
 
 def smooth_turns(
-    times_s: np.ndarray, *, samples: int, rate_hz: float, pulses_per_revolution: float
-) -> np.ndarray | None:
+    times_s: np.ndarray, *, samples: int, rate_hz: float, pulses_per_revolution: float, steps: bool
+) -> tuple[np.ndarray, float] | None:
     """Return the shaft's turns at every sample as a cubic of time, where that passes every pulse within a sample.
 
     A pulse's edge is known to a part of a sample. Followed from pulse to pulse, that error repeats with the beat
     between shaft and sampling, and makes lines beside the shaft's orders which are not there. None where the speed
     wanders more.
+
+    With the standard deviation of the angle of the whole record, in turns: of edges that are ``steps`` see
+    `pulse_edges`; of others 0.
     """
     turns = np.arange(times_s.size) / pulses_per_revolution
-    end = samples / rate_hz
-    law = np.polynomial.Polynomial.fit(times_s, turns, SMOOTH_DEGREE, domain=[0.0, end])
-    speed_hz = (turns[-1] - turns[0]) / (times_s[-1] - times_s[0])
-    away = np.abs(law(times_s) - turns) / speed_hz * rate_hz
-    if times_s.size < SMOOTH_PULSES or away.max() > EDGE_SAMPLES:
+    law = np.polynomial.Polynomial.fit(times_s, turns, SMOOTH_DEGREE, domain=[0.0, samples / rate_hz])
+    turns_per_sample = (turns[-1] - turns[0]) / (times_s[-1] - times_s[0]) / rate_hz
+    away = (law(times_s) - turns) / turns_per_sample
+    if times_s.size < SMOOTH_PULSES or np.abs(away).max() > EDGE_SAMPLES:
         return None
-    return law(np.arange(samples) / rate_hz)
+    middle, doubt = between_edges(away) if steps else (0.0, 0.0)
+    return law(np.arange(samples) / rate_hz) - turns_per_sample * middle, turns_per_sample * doubt
 
 
 def has_tacho(recording: Recording) -> bool:

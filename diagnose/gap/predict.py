@@ -234,8 +234,9 @@ class Predictor:
         return [found[machine.to_toml()] for machine in machines]
 
     def _seen(self, machine: Machine, motion: PeriodicMotion, index: int, least_s: float) -> np.ndarray:
-        balanced = self._balanced(motion)
-        if not sensor_effects(machine):
+        mixing = self._mixing(machine, motion.probes)
+        balanced = self._balanced(motion, mixing)
+        if mixing is not None:
             return balanced
         speed, rate_hz = motion.speed_rad_s, self.rates_hz[index]
         least_s = max(CHAIN_TURNS * 2 * math.pi / speed, least_s)
@@ -243,13 +244,26 @@ class Predictor:
         phase = speed * np.arange(min(self.samples[index], enough)) / rate_hz
         return self._recorded(machine, motion.probes, motion.waveform(phase), phase, index, untouched=balanced)
 
-    def _balanced(self, motion: PeriodicMotion) -> np.ndarray:
-        """Return the lines of a motion that no chain changes, (probes, orders)."""
-        rows = [probe.name for probe in motion.probes]
-        chosen = [rows.index(name) for name in self.probes]
+    def _mixing(self, machine: Machine, probes: Sequence[Probe]) -> np.ndarray | None:
+        """Return the matrix by which the machine's chain makes channels from channels; None where it does more."""
+        channels = [probe for probe in probes if probe.name in self.probes]
+        whole = np.eye(len(channels))
+        for effect in sensor_effects(machine):
+            own = effect.mixing(channels)
+            if own is None:
+                return None
+            whole = own @ whole
+        return whole
+
+    def _balanced(self, motion: PeriodicMotion, mixing: np.ndarray | None) -> np.ndarray:
+        """Return the lines of a motion, (probes, orders), of which a chain makes nothing but sums of channels."""
+        rows = [row for row, probe in enumerate(motion.probes) if probe.name in self.probes]
+        names = [motion.probes[row].name for row in rows]
+        chosen = [names.index(name) for name in self.probes]
         result = np.zeros((len(self.probes), len(self.orders)), dtype=complex)
         columns, orders = (np.array([*own], dtype=int) for own in (self._whole_orders, self._whole_orders.values()))
-        amplitudes = motion.amplitudes[np.array(chosen)[:, None], orders]
+        amplitudes = motion.amplitudes[np.array(rows)[:, None], orders]
+        amplitudes = (amplitudes if mixing is None else mixing @ amplitudes)[chosen]
         phase = np.array([self.kinds[column].phase for column in columns], dtype=bool)
         result[:, columns] = np.where(phase, amplitudes, np.abs(amplitudes))
         return result

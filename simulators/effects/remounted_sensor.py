@@ -78,33 +78,36 @@ class RemountedSensor(SensorEffect):
             i for i in found if self.at or (probes[i].location, probes[i].quantity) == (where.location, where.quantity)
         ]
 
+    def mixing(self, channels: Sequence[Probe]) -> np.ndarray:
+        """Return what each channel of the sensor shows of the three directions at its place."""
+        matrix = np.eye(len(channels))
+        turn, tilt, gain = self.rotation_rad, self.tilt_rad, 1 + self.gain_change
+        across = {"x": -math.sin(turn), "y": math.cos(turn)}
+        shown = {
+            "x": {"x": math.cos(turn), "y": math.sin(turn)},
+            "y": {one: share * math.cos(tilt) for one, share in across.items()} | {"axial": math.sin(tilt)},
+            "axial": {one: -share * math.sin(tilt) for one, share in across.items()} | {"axial": math.cos(tilt)},
+        }
+        for row in self.chosen(channels):
+            matrix[row] = 0.0
+            for direction, share in shown[channels[row].direction].items():
+                for column in _beside(channels, row, direction):
+                    matrix[row, column] = gain * share
+        return matrix
+
     def apply(self, record: SensorRecord, generator: np.random.Generator) -> SensorRecord:
         """Turn and scale the sensor's channels."""
-        signals = record.signals.copy()
-        turn, tilt, gain = self.rotation_rad, self.tilt_rad, 1 + self.gain_change
-        for i in self.chosen(record.channels):
-            x, y, axial = (self._beside(record, i, direction) for direction in ("x", "y", "axial"))
-            across = y * math.cos(turn) - x * math.sin(turn)
-            signals[i] = (
-                gain
-                * {
-                    "x": x * math.cos(turn) + y * math.sin(turn),
-                    "y": across * math.cos(tilt) + axial * math.sin(tilt),
-                    "axial": axial * math.cos(tilt) - across * math.sin(tilt),
-                }[record.channels[i].direction]
-            )
-        return record.with_signals(signals)
-
-    def _beside(self, record: SensorRecord, channel: int, direction: str) -> np.ndarray:
-        """Return the signal in one direction at the place of a channel; zeros when there is none."""
-        own = record.channels[channel]
-        if own.direction == direction:
-            return record.signals[channel]
-        for i, other in enumerate(record.channels):
-            if (other.location, other.quantity, other.direction) == (own.location, own.quantity, direction):
-                return record.signals[i]
-        return np.zeros(record.signals.shape[1])
+        return record.with_signals(self.mixing(record.channels) @ record.signals)
 
     def signature(self, machine: Machine) -> tuple[Line, ...]:
         """Return no line: all lines change."""
         return ()
+
+
+def _beside(channels: Sequence[Probe], row: int, direction: str) -> list[int]:
+    """Return the channel that shows one direction at the place of another one; none where nothing does."""
+    own = channels[row]
+    if own.direction == direction:
+        return [row]
+    alike = (own.location, own.quantity, direction)
+    return [i for i, other in enumerate(channels) if (other.location, other.quantity, other.direction) == alike][:1]

@@ -43,6 +43,22 @@ def test_what_is_simulated_in_time_agrees_with_the_balance(name, rate_hz):
     assert np.abs(found - balanced).max() < 0.01 * np.abs(balanced).max()
 
 
+def test_a_chain_that_only_mixes_channels_is_seen_as_a_record_of_it_is():
+    predictor = _predictor("test_rig", (1300.0, 1900.0), 4000.0)
+    values = {"gain_change": 0.2, "rotation_rad": 0.4, "tilt_rad": -0.3}
+    moving = find_machine("test_rig").with_effects(make_effect("unbalance", {"moment_kg_m": 1e-3}))
+    machine = moving.with_effects(make_effect("remounted_sensor", values, at="housing_a"))
+    found = predictor.amplitudes(machine)
+    (motions,) = predictor._all_moving([moving])
+    assert not isinstance(motions, Exception)
+    for index, motion in enumerate(motions):
+        phase = motion.speed_rad_s * np.arange(40_000) / 4000.0
+        recorded = predictor._recorded(machine, motion.probes, motion.waveform(phase), phase, index)
+        assert np.abs(recorded - found[index])[:, :3].max() < 1e-4 * np.abs(found[index]).max()
+        # Nothing lies beside the orders.
+        assert not found[index][:, 3].any()
+
+
 def test_a_force_of_the_supply_leaves_the_shaft_s_orders_alone():
     predictor = _predictor("test_rig", (1300.0, 1900.0), 4000.0)
     machine = find_machine("test_rig")
