@@ -219,8 +219,12 @@ class SensorEffect(Effect):
         self.chosen(assembly.probes)
 
     def mixing(self, channels: Sequence[Probe]) -> np.ndarray | None:
-        """Return the matrix by which the effect makes all signals from all; None when it does anything else."""
+        """Return the matrix by which the effect makes all signals from all; None when it does more than mix and add."""
         return None
+
+    def added(self, channels: Sequence[Probe]) -> Mapping[int, np.ndarray]:
+        """Return what an effect that only mixes adds then: complex amplitudes (channels,) by order of their shaft."""
+        return {}
 
     def apply(self, record: SensorRecord, generator: np.random.Generator) -> SensorRecord:
         """Return the record as this effect leaves it; ``generator`` is the effect's own stream of random numbers."""

@@ -144,6 +144,9 @@ class Law:
     self_excited : bool
         Whether the force drives a motion of its own rhythm. A balance of what repeats with the shaft would find the
         equilibrium beneath it, which no machine keeps.
+    wave : callable, optional
+        For a force that is one sinusoid: ``wave(parameters (parameters,), speed_rad_s) -> (order, frequency_hz,
+        amplitudes (outputs,) complex)``, the real part of amplitude exp(i (order phi + 2 pi f t)) at constant speed.
     """
 
     name: str
@@ -154,6 +157,7 @@ class Law:
     counts: tuple[int, ...] = ()
     nearly_linear: bool = False
     self_excited: bool = False
+    wave: Callable[[np.ndarray, float], tuple[float, float, np.ndarray]] | None = None
 
     @property
     def is_linear(self) -> bool:

@@ -14,6 +14,7 @@ from .errors import InvalidValueError
 from .sensor_record import LINKS, SensorRecord, sampled
 
 if TYPE_CHECKING:
+    from .assembly import Probe
     from .machine import Machine
     from .sensor_chain import SensorChain
     from .solvers.simulate import Simulation
@@ -60,6 +61,30 @@ def record_of(simulation: Simulation, machine: Machine, *, output_rate_hz: float
         middle=middle,
         leak=np.zeros(len(simulation.probes)),
     )
+
+
+def lines_of_chain(
+    effects: Sequence[SensorEffect], channels: Sequence[Probe], amplitudes: np.ndarray, orders: Sequence[int]
+) -> np.ndarray | None:
+    """Return what effects that only mix and add make of a motion's lines; None where one of them does more.
+
+    Parameters
+    ----------
+    effects : sequence of SensorEffect
+        In the order of the links.
+    channels : sequence of Probe
+        All on the reference shaft.
+    amplitudes : ndarray (channels, orders), complex
+    orders : sequence of int
+    """
+    for effect in effects:
+        matrix = effect.mixing(channels)
+        if matrix is None:
+            return None
+        added, amplitudes = effect.added(channels), matrix @ amplitudes
+        for column, order in enumerate(orders):
+            amplitudes[:, column] += added.get(order, 0.0)
+    return amplitudes
 
 
 def run_chain(

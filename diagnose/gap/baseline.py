@@ -100,9 +100,10 @@ def start(
     predictor: Predictor,
     added: Sequence[Coordinate] = (),
     *,
+    begin: np.ndarray | None = None,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Baseline:
-    """Return the machine as given, linearised; parameters that move nothing measured are not active.
+    """Return the machine as given, or at ``begin``, linearised; parameters that move nothing measured are not active.
 
     ``added`` are coordinates of effects that the machine is given with.
     """
@@ -113,7 +114,8 @@ def start(
     given += [c.coordinate(machine.effects[c.effect or 0].values()[c.parameter.name]) for c in added]
     coordinates, given = (*own, *added), np.array(given)
     tell(f"slopes of {len(coordinates)} machine parameters")
-    found = linearised(machine, coordinates, given, given, np.ones(given.size, dtype=bool), predictor)
+    position, everything = given if begin is None else begin, np.ones(given.size, dtype=bool)
+    found = linearised(machine, coordinates, position, given, everything, predictor)
     scale = np.sqrt(np.mean(np.abs(found.lines) ** 2, axis=(0, 2), keepdims=True)) * NEGLIGIBLE + 1e-300
     active = np.array([found.prior[i] * np.abs(found.slopes[i] / scale).max() > 1 for i in range(given.size)])
     slopes = found.slopes.copy()

@@ -18,7 +18,6 @@ from .baseline import (
     ModelError,
     again,
     error_covariance,
-    linearised,
     model_error,
     noise_covariance,
     shifted,
@@ -59,9 +58,7 @@ def calibrated(
     Only the healthy conditions are used; ``predictor`` is for those. ``added`` are coordinates of effects that the
     machine is given with; ``begin`` is the position to begin at, else the machine as given.
     """
-    current = start(machine, predictor, added, tell=tell)
-    if begin is not None:
-        current = linearised(machine, current.coordinates, begin, current.given, current.active, predictor)
+    current = start(machine, predictor, added, begin=begin, tell=tell)
     repeats = predictor.repeats(machine)
     error = model_error(current.lines)
     best, damping = objective(current, healthy, error), DAMPING

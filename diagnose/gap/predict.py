@@ -16,18 +16,17 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ...simulators.assembly import Probe
-from ...simulators.effect import Effect
+from ...simulators.effect import Effect, SensorEffect
 from ...simulators.errors import InvalidValueError, RotorwiseError
 from ...simulators.machine import Machine
 from ...simulators.sensor_record import SensorRecord
-from ...simulators.sensor_run import run_chain, sensor_effects
+from ...simulators.sensor_run import lines_of_chain, run_chain, sensor_effects
 from ...simulators.solvers.harmonic_balance import PeriodicMotion
 from ...simulators.solvers.simulate import Simulation
-from .line_sizes import least_seconds
 from .lines import Condition, LineKind, phase_orders, turned_to_reference
 from .periodic import Moving, at_condition, motions_in
-from .stepped import Run, lines_of_record, motions
-from .wanted_lines import is_locked, size_line
+from .stepped import Run, Stepped, bytes_of, lines_of_record, motions, moving_part, stepped_key, superposed
+from .wanted_lines import least_lengths
 
 #: Harmonics above the highest order looked at: parametric effects couple neighbours.
 FURTHER_HARMONICS = 2
@@ -38,9 +37,6 @@ KEPT_MOTIONS = 8
 LANES = 64
 #: The same of simulations in time, and how many bytes of those are kept that others may be compared with.
 RUNS, KEPT_BYTES = 128, 400_000_000
-
-#: What is simulated in time: a machine, and how long its records are at least.
-Stepped = tuple[str, tuple[float, ...]]
 
 
 class UnpredictableError(InvalidValueError):
@@ -99,8 +95,8 @@ class Predictor:
     @functools.cached_property
     def _whole_orders(self) -> dict[int, int]:
         """Lines at multiples of the shaft's speed: their number, and the multiple."""
-        lines = enumerate(zip(self.orders, self.kinds, strict=True))
-        return {i: round(o) for i, (o, kind) in lines if _is_whole(o) and not kind.envelope and not kind.frequency_hz}
+        plain = [i for i, kind in enumerate(self.kinds) if not kind.envelope and not kind.frequency_hz]
+        return {i: round(self.orders[i]) for i in plain if abs(self.orders[i] - round(self.orders[i])) < 1e-9}
 
     def amplitudes(self, machine: Machine) -> np.ndarray:
         """Return the lines, shape (conditions, probes, orders), complex.
@@ -135,18 +131,19 @@ class Predictor:
         keyed = {machine.to_toml(): machine for machine in machines}
         new = {key: one for key, one in keyed.items() if key not in self._known and key not in self._failed}
         self.evaluations += len(new)
-        parts = [_moving_part(machine) for machine in new.values()]
-        moving = self._all_moving(parts, near and _moving_part(near), lasting=lasting)
+        parts = [moving_part(machine) for machine in new.values()]
+        moving = self._all_moving(parts, near and moving_part(near), lasting=lasting)
         for (key, machine), own in zip(new.items(), moving, strict=True):
             try:
                 if isinstance(own, RotorwiseError):
                     raise _NotPeriodicError(str(own))
-                lengths = self._least_seconds(machine) if sensor_effects(machine) else (0.0,) * len(own)
+                lengths = least_lengths(machine, self.conditions) if sensor_effects(machine) else (0.0,) * len(own)
                 self._keep(key, np.stack([self._seen(machine, motion, i, lengths[i]) for i, motion in enumerate(own)]))
             except _NotPeriodicError:
                 in_time.append((key, machine, self._repeating(machine)))
         if most_in_time is not None and len(in_time) > most_in_time:
             in_time = [in_time[i] for i in np.linspace(0, len(in_time) - 1, most_in_time).round().astype(int)]
+        in_time = [one for one in in_time if not self._superposed(*one)]
         for smooth in (True, False):
             self._simulate([one for one in in_time if (one[2] is not None) == smooth], smooth=smooth)
         return [key in self._known or key in self._failed for key in map(Machine.to_toml, machines)]
@@ -234,46 +231,30 @@ class Predictor:
         return [found[machine.to_toml()] for machine in machines]
 
     def _seen(self, machine: Machine, motion: PeriodicMotion, index: int, least_s: float) -> np.ndarray:
-        mixing = self._mixing(machine, motion.probes)
-        balanced = self._balanced(motion, mixing)
-        if mixing is not None:
+        balanced = self._balanced(motion, sensor_effects(machine))
+        if balanced is not None:
             return balanced
         speed, rate_hz = motion.speed_rad_s, self.rates_hz[index]
         least_s = max(CHAIN_TURNS * 2 * math.pi / speed, least_s)
         enough = max(math.ceil(least_s * rate_hz), CHAIN_SAMPLES)
         phase = speed * np.arange(min(self.samples[index], enough)) / rate_hz
-        return self._recorded(machine, motion.probes, motion.waveform(phase), phase, index, untouched=balanced)
+        untouched = self._balanced(motion, ())
+        return self._recorded(machine, motion.probes, motion.waveform(phase), phase, index, untouched=untouched)
 
-    def _mixing(self, machine: Machine, probes: Sequence[Probe]) -> np.ndarray | None:
-        """Return the matrix by which the machine's chain makes channels from channels; None where it does more."""
-        channels = [probe for probe in probes if probe.name in self.probes]
-        whole = np.eye(len(channels))
-        for effect in sensor_effects(machine):
-            own = effect.mixing(channels)
-            if own is None:
-                return None
-            whole = own @ whole
-        return whole
-
-    def _balanced(self, motion: PeriodicMotion, mixing: np.ndarray | None) -> np.ndarray:
-        """Return the lines of a motion, (probes, orders), of which a chain makes nothing but sums of channels."""
+    def _balanced(self, motion: PeriodicMotion, chain: Sequence[SensorEffect]) -> np.ndarray | None:
+        """Return the lines of a motion as a chain shows them, (probes, orders); None where it makes others."""
         rows = [row for row, probe in enumerate(motion.probes) if probe.name in self.probes]
-        names = [motion.probes[row].name for row in rows]
-        chosen = [names.index(name) for name in self.probes]
+        channels = [motion.probes[row] for row in rows]
+        columns, orders = [*self._whole_orders], [*self._whole_orders.values()]
+        amplitudes = lines_of_chain(chain, channels, motion.amplitudes[np.array(rows)[:, None], orders], orders)
+        if amplitudes is None:
+            return None
+        names = [channel.name for channel in channels]
+        amplitudes = amplitudes[[names.index(name) for name in self.probes]]
         result = np.zeros((len(self.probes), len(self.orders)), dtype=complex)
-        columns, orders = (np.array([*own], dtype=int) for own in (self._whole_orders, self._whole_orders.values()))
-        amplitudes = motion.amplitudes[np.array(rows)[:, None], orders]
-        amplitudes = (amplitudes if mixing is None else mixing @ amplitudes)[chosen]
         phase = np.array([self.kinds[column].phase for column in columns], dtype=bool)
         result[:, columns] = np.where(phase, amplitudes, np.abs(amplitudes))
         return result
-
-    def _least_seconds(self, machine: Machine) -> tuple[float, ...]:
-        """Return for each condition how long a record must be for the lines that the machine's effects state."""
-        stated = [(type(effect), line) for effect in machine.effects for line in effect.signature(machine)]
-        sizes = [size_line(effect, line) for effect, line in stated if not is_locked(line)]
-        speeds = [condition.speed_rpm / 60 for condition in self.conditions]
-        return tuple(max((least_seconds(*one, speed) for one in sizes), default=0.0) for speed in speeds)
 
     def _recorded(
         self,
@@ -321,6 +302,32 @@ class Predictor:
             )
         return found
 
+    def _superposed(self, key: str, machine: Machine, base: Machine | None) -> bool:
+        """Keep the lines of a linear machine to whose repeating motion sinusoidal forces add theirs; whether it is one.
+
+        ``base`` is the machine without what spoils its repetition.
+        """
+        if base is None:
+            return False
+        moving, rest = moving_part(machine), moving_part(base)
+        (balanced,) = self._all_moving([rest])
+        if isinstance(balanced, RotorwiseError):
+            return False
+        lengths = least_lengths(machine, self.conditions)
+        records = superposed(self._runs(moving, lengths), self._runs(rest, lengths), balanced)
+        if records is None:
+            return False
+        probes = balanced[0].probes
+        self._keep(key, np.stack([self._recorded(machine, probes, *own, i) for i, own in enumerate(records)]))
+        return True
+
+    def _runs(self, machine: Machine, lengths_s: Sequence[float], *, smooth: bool = True) -> list[Run]:
+        """Return the machine in every condition."""
+        return [
+            Run(at_condition(machine, c), c.speed_rpm, rate, samples, smooth, least_s)
+            for c, rate, samples, least_s in zip(self.conditions, self.rates_hz, self.samples, lengths_s, strict=True)
+        ]
+
     def _ranges(self, channels: Sequence[Probe], otherwise: np.ndarray) -> np.ndarray:
         """Return the measuring range of each channel, the same in all conditions where it is known."""
         if self.full_scale is None:
@@ -340,26 +347,22 @@ class Predictor:
         machines: dict[Stepped, Machine] = {}
         bases: set[Stepped] = set()
         for _, machine, base in wanted:
-            lengths = self._least_seconds(machine)
-            machines[_stepped(machine, lengths)] = _moving_part(machine)
+            lengths = least_lengths(machine, self.conditions)
+            machines[stepped_key(machine, lengths)] = moving_part(machine)
             if base is not None:
                 # As long as the run that it is taken off from.
-                bases.add(_stepped(base, lengths))
-                machines[_stepped(base, lengths)] = _moving_part(base)
+                bases.add(stepped_key(base, lengths))
+                machines[stepped_key(base, lengths)] = moving_part(base)
         new = {key: one for key, one in machines.items() if key not in self._stepped}
-        runs = [
-            Run(at_condition(machine, c), c.speed_rpm, rate, samples, smooth, least_s)
-            for (_, lengths), machine in new.items()
-            for c, rate, samples, least_s in zip(self.conditions, self.rates_hz, self.samples, lengths, strict=True)
-        ]
+        runs = [run for (_, lengths), one in new.items() for run in self._runs(one, lengths, smooth=smooth)]
         found, count = motions(runs) if runs else [], len(self.conditions)
         now = {key: found[i * count : (i + 1) * count] for i, key in enumerate(new)}
         for kept in bases & now.keys():
             self._stepped[kept] = now[kept]
         for key, machine, base in wanted:
-            lengths = self._least_seconds(machine)
-            own = now.get(_stepped(machine, lengths)) or self._stepped[_stepped(machine, lengths)]
-            without = self._stepped[_stepped(base, lengths)] if base is not None else None
+            lengths = least_lengths(machine, self.conditions)
+            own = now.get(stepped_key(machine, lengths)) or self._stepped[stepped_key(machine, lengths)]
+            without = self._stepped[stepped_key(base, lengths)] if base is not None else None
             lines = self._lines_in_time(machine, base, own, without)
             if lines is None:
                 self._failed[key] = (
@@ -370,7 +373,7 @@ class Predictor:
                 self._keep(key, lines)
         for kept in bases:
             self._stepped[kept] = self._stepped.pop(kept)
-        while sum(map(_size, self._stepped.values())) > KEPT_BYTES:
+        while sum(map(bytes_of, self._stepped.values())) > KEPT_BYTES:
             self._stepped.pop(next(iter(self._stepped)))
 
     def _lines_in_time(
@@ -381,7 +384,7 @@ class Predictor:
         without: Sequence[Simulation | None] | None,
     ) -> np.ndarray | None:
         found = []
-        (balanced,) = self._all_moving([_moving_part(base)]) if base is not None else (None,)
+        (balanced,) = self._all_moving([moving_part(base)]) if base is not None else (None,)
         if isinstance(balanced, RotorwiseError):
             raise _NotPeriodicError(str(balanced))
         for index, run in enumerate(runs):
@@ -393,21 +396,3 @@ class Predictor:
                 signals = signals - less.signals + balanced[index].waveform(run.phase_rad)
             found.append(self._recorded(machine, run.probes, signals, run.phase_rad, index))
         return np.stack(found)
-
-
-def _stepped(machine: Machine, lengths_s: tuple[float, ...]) -> Stepped:
-    return _moving_part(machine).to_toml(), lengths_s
-
-
-def _size(runs: Sequence[Simulation | None]) -> int:
-    """Return the bytes that kept motions take."""
-    return sum(run.signals.nbytes + 2 * run.phase_rad.nbytes for run in runs if run is not None)
-
-
-def _moving_part(machine: Machine) -> Machine:
-    """Return the machine without effects on the measuring chain."""
-    return replace(machine, effects=tuple(e for e in machine.effects if e.STAGE != "sensor"))
-
-
-def _is_whole(order: float) -> bool:
-    return abs(order - round(order)) < 1e-9

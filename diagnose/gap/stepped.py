@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...simulators.errors import RotorwiseError
 from ...simulators.machine import Machine
 from ...simulators.sensor_record import SensorRecord
+from ...simulators.solvers.harmonic_balance import PeriodicMotion
 from ...simulators.solvers.simulate import Simulation, simulate_motion
+from ...simulators.solvers.superposed_waves import superposed_waves
 from .line_noise import BLACKMAN_HARRIS, carriers_of, weighted_mean
 from .line_sizes import line_sizes
 from .lines import LineKind
@@ -26,9 +28,25 @@ TURNS = 24.0
 STEPS_OF_SMOOTH, COARSER, COARSER_OF_TOUCHING = 0.5, 8.0, 2.0
 #: Longest settling of a motion of which only the difference from a like one counts.
 LONGEST_SETTLING_S = 0.4
-
-
 THREADS = min(os.cpu_count() or 1, 4)
+
+#: What is simulated in time: a machine, and how long its records are at least.
+Stepped = tuple[str, tuple[float, ...]]
+
+
+def moving_part(machine: Machine) -> Machine:
+    """Return the machine without effects on the measuring chain."""
+    return replace(machine, effects=tuple(e for e in machine.effects if e.STAGE != "sensor"))
+
+
+def stepped_key(machine: Machine, lengths_s: tuple[float, ...]) -> Stepped:
+    """Return what the machine's motions are kept under."""
+    return moving_part(machine).to_toml(), lengths_s
+
+
+def bytes_of(runs: Sequence[Simulation | None]) -> int:
+    """Return the bytes that kept motions take."""
+    return sum(run.signals.nbytes + 2 * run.phase_rad.nbytes for run in runs if run is not None)
 
 
 @dataclass(frozen=True)
@@ -98,6 +116,34 @@ def _side_by_side(runs: Sequence[Run]) -> list[Simulation | None]:
         # One that fails takes the others with it: in halves, until it stands alone.
         half = len(runs) // 2
         return _side_by_side(runs[:half]) + _side_by_side(runs[half:])
+
+
+def superposed(
+    runs: Sequence[Run], without: Sequence[Run], balanced: Sequence[PeriodicMotion]
+) -> list[tuple[np.ndarray, np.ndarray]] | None:
+    """Return signals (all probes, samples) and shaft angles of every run: a repeating motion and what is added to it.
+
+    Parameters
+    ----------
+    runs, without : sequence of Run
+        With and without the forces that spoil the repetition; these must be sinusoidal and the machine linear.
+    balanced : sequence of PeriodicMotion
+        Of the runs without.
+
+    Returns
+    -------
+    list of tuple, or None
+        None where the motions do not add up: to be simulated.
+    """
+    found = []
+    for run, rest, motion in zip(runs, without, balanced, strict=True):
+        waves = superposed_waves(run.machine, rest.machine, speed_rpm=run.speed_rpm)
+        if waves is None:
+            return None
+        time_s = np.arange(round(run.duration_s * run.rate_hz)) / run.rate_hz
+        phase = motion.speed_rad_s * time_s
+        found.append((sum((wave.waveform(phase, time_s) for wave in waves), motion.waveform(phase)), phase))
+    return found
 
 
 def lines_of_record(

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from ...simulators.effect import Effect, Line, effect_catalogue
 from ...simulators.errors import RotorwiseError
 from ...simulators.machine import Machine
-from .lines import LineKind
+from .line_sizes import least_seconds
+from .lines import Condition, LineKind
 
 #: Always looked at: what shafts show, and the half orders of a nonlinear support.
 USUAL_ORDERS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0)
@@ -97,3 +98,11 @@ def is_locked(line: Line) -> bool:
     """Return whether a line keeps its phase to the shaft."""
     turns = line.order / LOCKED_FRACTION
     return line.frequency_hz == 0 and abs(turns - round(turns)) < 1e-6
+
+
+def least_lengths(machine: Machine, conditions: Sequence[Condition]) -> tuple[float, ...]:
+    """Return for each condition how long (s) a record must be for the lines that the machine's effects state."""
+    stated = [(type(effect), line) for effect in machine.effects for line in effect.signature(machine)]
+    sizes = [size_line(effect, line) for effect, line in stated if not is_locked(line)]
+    speeds = [condition.speed_rpm / 60 for condition in conditions]
+    return tuple(max((least_seconds(*one, speed) for one in sizes), default=0.0) for speed in speeds)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -104,18 +105,32 @@ class RunOut(SensorEffect):
         """Return whether it is a lateral displacement probe."""
         return super().fits(probe) and probe.direction in ("x", "y")
 
+    def mixing(self, channels: Sequence[Probe]) -> np.ndarray:
+        """Return that each channel stays itself."""
+        return np.eye(len(channels))
+
+    def added(self, channels: Sequence[Probe]) -> dict[int, np.ndarray]:
+        """Return the surface's pattern at the chosen probes, by harmonic."""
+        chosen = self.chosen(channels)
+        turned = [math.pi / 2 if channels[i].direction == "y" else 0.0 for i in chosen]
+        found = {}
+        for n, height_m in enumerate(self.heights_m, start=1):
+            if height_m:
+                found[n] = np.zeros(len(channels), dtype=complex)
+                found[n][chosen] = height_m * np.exp(1j * n * (getattr(self, f"angle_{n}_rad") - np.array(turned)))
+        return found
+
     def apply(self, record: SensorRecord, generator: np.random.Generator) -> SensorRecord:
         """Add the surface's pattern to the chosen probes."""
-        if not any(self.heights_m):
+        added = self.added(record.channels)
+        if not added:
             return record
         signals = record.signals.copy()
         for i in self.chosen(record.channels):
-            behind = math.pi / 2 if record.channels[i].direction == "y" else 0.0
-            turning = np.exp(1j * (record.shaft_ratios[i] * record.phase_rad - behind))
-            harmonic = turning
-            for n, height_m in enumerate(self.heights_m, start=1):
-                if height_m:
-                    signals[i] += np.real(height_m * np.exp(1j * n * getattr(self, f"angle_{n}_rad")) * harmonic)
+            harmonic = turning = np.exp(1j * record.shaft_ratios[i] * record.phase_rad)
+            for n in range(1, max(added) + 1):
+                if n in added:
+                    signals[i] += np.real(added[n][i] * harmonic)
                 # A product each costs less than a cosine.
                 harmonic = harmonic * turning
         return record.with_signals(signals)

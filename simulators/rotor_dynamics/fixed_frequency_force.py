@@ -16,7 +16,11 @@ def _fixed_frequency_signals(timeline: Timeline, parameters: np.ndarray) -> np.n
     return np.stack([c * cos + s * sin for c, s in zip(parameters[1::2], parameters[2::2], strict=True)])
 
 
-FIXED_FREQUENCY_FORCE = Law("force of fixed frequency", _fixed_frequency_signals)
+def _fixed_frequency_wave(parameters: np.ndarray, speed_rad_s: float) -> tuple[float, float, np.ndarray]:
+    return 0.0, float(parameters[0]), parameters[1::2] - 1j * parameters[2::2]
+
+
+FIXED_FREQUENCY_FORCE = Law("force of fixed frequency", _fixed_frequency_signals, wave=_fixed_frequency_wave)
 
 
 def fixed_frequency_force(

@@ -29,7 +29,12 @@ def _rotating_mass_signals(timeline: Timeline, parameters: np.ndarray) -> np.nda
     return np.stack([centripetal * along + tangential * across, centripetal * across - tangential * along])
 
 
-HARMONIC_FORCE = Law("force that repeats with the shaft angle", _harmonic_signals)
+def _harmonic_wave(parameters: np.ndarray, speed_rad_s: float) -> tuple[float, float, np.ndarray]:
+    scale = abs(speed_rad_s) ** parameters[1]
+    return float(parameters[0]), 0.0, scale * (parameters[2::2] - 1j * parameters[3::2])
+
+
+HARMONIC_FORCE = Law("force that repeats with the shaft angle", _harmonic_signals, wave=_harmonic_wave)
 ROTATING_MASS = Law("rotating mass", _rotating_mass_signals)
 
 

@@ -43,20 +43,50 @@ def test_what_is_simulated_in_time_agrees_with_the_balance(name, rate_hz):
     assert np.abs(found - balanced).max() < 0.01 * np.abs(balanced).max()
 
 
-def test_a_chain_that_only_mixes_channels_is_seen_as_a_record_of_it_is():
-    predictor = _predictor("test_rig", (1300.0, 1900.0), 4000.0)
-    values = {"gain_change": 0.2, "rotation_rad": 0.4, "tilt_rad": -0.3}
-    moving = find_machine("test_rig").with_effects(make_effect("unbalance", {"moment_kg_m": 1e-3}))
-    machine = moving.with_effects(make_effect("remounted_sensor", values, at="housing_a"))
+def test_what_is_added_up_agrees_with_what_is_simulated_in_time():
+    machine = find_machine("test_rig")
+    faulty = machine.with_effects(make_effect("twice_line_force", {"force_n": 5.0, "torque_n_m": 0.3}))
+    predictor, in_time = (_predictor("test_rig", (1300.0, 1900.0), 4000.0) for _ in range(2))
+    found = predictor.amplitudes(faulty)
+    assert not predictor._stepped
+    in_time._simulate([("faulty", faulty, machine)], smooth=True)
+    wanted = in_time._known["faulty"]
+    assert np.abs(found - wanted)[:, :, 3].max() < 1e-3 * np.abs(wanted)[:, :, 3].max()
+    assert np.abs(found - wanted)[:, :, :3].max() < 1e-3 * np.abs(wanted)[:, :, :3].max()
+
+
+@pytest.mark.parametrize(
+    ("name", "rate_hz", "chain"),
+    [
+        (
+            "test_rig",
+            4000.0,
+            [("remounted_sensor", {"gain_change": 0.2, "rotation_rad": 0.4, "tilt_rad": -0.3}, "housing_a")],
+        ),
+        (
+            "amb_rotor",
+            2000.0,
+            [
+                ("run_out", {"harmonic_2_m": 2e-4, "angle_2_rad": 0.6, "harmonic_8_m": 1e-4}, "bearing_1"),
+                ("remounted_sensor", {"gain_change": -0.1, "rotation_rad": 0.3, "tilt_rad": 0.0}, "bearing_1"),
+            ],
+        ),
+    ],
+)
+def test_a_chain_that_only_mixes_and_adds_is_seen_as_a_record_of_it_is(name, rate_hz, chain):
+    predictor = _predictor(name, (1300.0, 1900.0), rate_hz)
+    moving = find_machine(name).with_effects(make_effect("unbalance", {"moment_kg_m": 1e-3}))
+    machine = moving.with_effects(*(make_effect(one, values, at=at) for one, values, at in chain))
     found = predictor.amplitudes(machine)
     (motions,) = predictor._all_moving([moving])
     assert not isinstance(motions, Exception)
     for index, motion in enumerate(motions):
-        phase = motion.speed_rad_s * np.arange(40_000) / 4000.0
+        phase = motion.speed_rad_s * np.arange(40_000) / rate_hz
         recorded = predictor._recorded(machine, motion.probes, motion.waveform(phase), phase, index)
         assert np.abs(recorded - found[index])[:, :3].max() < 1e-4 * np.abs(found[index]).max()
         # Nothing lies beside the orders.
         assert not found[index][:, 3].any()
+    assert np.abs(found - predictor.amplitudes(moving)).max() > 0.05 * np.abs(found).max()
 
 
 def test_a_force_of_the_supply_leaves_the_shaft_s_orders_alone():
