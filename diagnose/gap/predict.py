@@ -19,13 +19,22 @@ from ...simulators.assembly import Probe
 from ...simulators.effect import Effect, SensorEffect
 from ...simulators.errors import InvalidValueError, RotorwiseError
 from ...simulators.machine import Machine
-from ...simulators.sensor_record import SensorRecord
 from ...simulators.sensor_run import lines_of_chain, run_chain, sensor_effects
 from ...simulators.solvers.harmonic_balance import PeriodicMotion
 from ...simulators.solvers.simulate import Simulation
 from .lines import Condition, LineKind, phase_orders, turned_to_reference
 from .periodic import Moving, at_condition, motions_in
-from .stepped import Run, Stepped, bytes_of, lines_of_record, motions, moving_part, stepped_key, superposed
+from .stepped import (
+    Run,
+    Stepped,
+    bytes_of,
+    lines_of_record,
+    motions,
+    moving_part,
+    steady_record,
+    stepped_key,
+    superposed,
+)
 from .wanted_lines import least_lengths
 
 #: Harmonics above the highest order looked at: parametric effects couple neighbours.
@@ -86,6 +95,7 @@ class Predictor:
     _motions: dict[str, Moving] = field(default_factory=dict)
     _stepped: dict[Stepped, list[Simulation | None]] = field(default_factory=dict)
     _spoiling: dict[str, bool] = field(default_factory=dict)
+    _added_up: set[str] = field(default_factory=set)
 
     @property
     def phase_orders(self) -> np.ndarray:
@@ -163,6 +173,7 @@ class Predictor:
             _known={key: lines[rows] for key, lines in self._known.items()},
             _failed=dict(self._failed),
             _motions={},
+            _added_up=set(self._added_up),
             _stepped={
                 (key, tuple(lengths[i] for i in rows)): [own[i] for i in rows]
                 for (key, lengths), own in self._stepped.items()
@@ -190,6 +201,10 @@ class Predictor:
     def repeats(self, machine: Machine) -> bool:
         """Return whether the machine's motion repeats with the shaft."""
         return not isinstance(self._all_moving([machine])[0], RotorwiseError)
+
+    def steps(self, machine: Machine) -> bool:
+        """Return whether the machine's lines, which are known, cost a simulation in time."""
+        return not self.repeats(machine) and machine.to_toml() not in self._added_up
 
     def _repeating(self, machine: Machine) -> Machine | None:
         """Return the machine without the effects that spoil its repetition; None when it does not repeat at all."""
@@ -273,19 +288,9 @@ class Predictor:
         """
         wanted = [i for i, probe in enumerate(probes) if probe.name in self.probes]
         channels, signals = tuple(probes[i] for i in wanted), signals[wanted]
-        middle = signals.mean(axis=1)
-        record = SensorRecord(
-            signals=signals,
-            rate_hz=self.rates_hz[index],
-            output_rate_hz=self.rates_hz[index],
-            phase_rad=phase_rad,
-            speed_rad_s=np.full(phase_rad.size, 2 * math.pi * self.conditions[index].speed_rpm / 60),
-            channels=channels,
-            shaft_ratios=(1.0,) * len(channels),
-            full_scale=self._ranges(channels, np.abs(signals - middle[:, None]).max(axis=1)),
-            middle=middle,
-            leak=np.zeros(len(channels)),
-        )
+        ranges = None if self.full_scale is None else self.full_scale[[self.probes.index(one.name) for one in channels]]
+        how = {"rate_hz": self.rates_hz[index], "speed_rpm": self.conditions[index].speed_rpm, "full_scale": ranges}
+        record = steady_record(signals, channels, phase_rad, **how)
         record = run_chain(record, sensor_effects(machine), samples=phase_rad.size, seed=0)
         found = np.zeros((len(self.probes), len(self.orders)), dtype=complex) if untouched is None else untouched
         rows = np.arange(len(self.probes))
@@ -319,6 +324,7 @@ class Predictor:
             return False
         probes = balanced[0].probes
         self._keep(key, np.stack([self._recorded(machine, probes, *own, i) for i, own in enumerate(records)]))
+        self._added_up.add(key)
         return True
 
     def _runs(self, machine: Machine, lengths_s: Sequence[float], *, smooth: bool = True) -> list[Run]:
@@ -327,12 +333,6 @@ class Predictor:
             Run(at_condition(machine, c), c.speed_rpm, rate, samples, smooth, least_s)
             for c, rate, samples, least_s in zip(self.conditions, self.rates_hz, self.samples, lengths_s, strict=True)
         ]
-
-    def _ranges(self, channels: Sequence[Probe], otherwise: np.ndarray) -> np.ndarray:
-        """Return the measuring range of each channel, the same in all conditions where it is known."""
-        if self.full_scale is None:
-            return otherwise
-        return self.full_scale[[self.probes.index(channel.name) for channel in channels]]
 
     def _simulate(self, wanted: Sequence[tuple[str, Machine, Machine | None]], *, smooth: bool) -> None:
         """Simulate machines in every condition and keep their lines; not all at once, as waveforms fill the memory.

@@ -308,7 +308,7 @@ def _climb(
     best, slopes = math.inf, None
     alive = np.ones(position.size, dtype=bool)
     for _ in range(most_steps):
-        in_time = not response.repeats(position)
+        in_time = response.steps(position)
         slopes = response.slopes(position, added, alive)
         law = laws_of(compared, response.chosen, response.own(position, added))
         here = best = _objective(compared, added, position, precision, law)

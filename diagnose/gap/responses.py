@@ -48,6 +48,10 @@ class Responses:
         """Return whether the motion with the effects repeats with the shaft."""
         return self._predictor.repeats(self.machine(position))
 
+    def steps(self, position: np.ndarray) -> bool:
+        """Return whether the response there, which is known, costs a simulation in time."""
+        return self._predictor.steps(self.machine(position))
+
     def own(self, position: np.ndarray, added: np.ndarray) -> list[np.ndarray]:
         """Return what each effect adds beside the others, at a position where together they add ``added``.
 

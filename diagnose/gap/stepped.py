@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...simulators.assembly import Probe
 from ...simulators.errors import RotorwiseError
 from ...simulators.machine import Machine
 from ...simulators.sensor_record import SensorRecord
@@ -137,13 +138,44 @@ def superposed(
     """
     found = []
     for run, rest, motion in zip(runs, without, balanced, strict=True):
-        waves = superposed_waves(run.machine, rest.machine, speed_rpm=run.speed_rpm)
+        try:
+            waves = superposed_waves(run.machine, rest.machine, speed_rpm=run.speed_rpm)
+        except RotorwiseError:
+            return None
         if waves is None:
             return None
         time_s = np.arange(round(run.duration_s * run.rate_hz)) / run.rate_hz
         phase = motion.speed_rad_s * time_s
         found.append((sum((wave.waveform(phase, time_s) for wave in waves), motion.waveform(phase)), phase))
     return found
+
+
+def steady_record(
+    signals: np.ndarray,
+    channels: tuple[Probe, ...],
+    phase_rad: np.ndarray,
+    *,
+    rate_hz: float,
+    speed_rpm: float,
+    full_scale: np.ndarray | None,
+) -> SensorRecord:
+    """Return the signals (channels, samples) of a constant speed as a record that no chain has changed yet.
+
+    ``full_scale`` (channels,) are the measuring ranges; those of the signals themselves where none are known.
+    """
+    middle = signals.mean(axis=1)
+    return SensorRecord(
+        signals=signals,
+        rate_hz=rate_hz,
+        output_rate_hz=rate_hz,
+        phase_rad=phase_rad,
+        speed_rad_s=np.full(phase_rad.size, 2 * math.pi * speed_rpm / 60),
+        channels=channels,
+        shaft_ratios=(1.0,) * len(channels),
+        full_scale=np.abs(signals - middle[:, None]).max(axis=1) if full_scale is None else full_scale,
+        middle=middle,
+        leak=np.zeros(len(channels)),
+    )
 
 
 def lines_of_record(

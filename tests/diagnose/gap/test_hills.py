@@ -41,6 +41,9 @@ class Ripples:
     def repeats(self, machine: Any) -> bool:
         return True
 
+    def steps(self, machine: Any) -> bool:
+        return not self.repeats(machine)
+
 
 @pytest.fixture(scope="module")
 def case() -> tuple[Fit, Problem]:

@@ -43,6 +43,9 @@ class OneResonance:
     def repeats(self, machine: Any) -> bool:
         return True
 
+    def steps(self, machine: Any) -> bool:
+        return not self.repeats(machine)
+
 
 def _case(critical_rpm: float) -> tuple[Fit, Problem]:
     predictor: Any = OneResonance()
