@@ -223,7 +223,7 @@ class SensorEffect(Effect):
         return None
 
     def added(self, channels: Sequence[Probe]) -> Mapping[int, np.ndarray]:
-        """Return what an effect that only mixes adds then: complex amplitudes (channels,) by order of their shaft."""
+        """Return what one that only mixes adds: complex amplitudes (channels,) by order of the channel's shaft."""
         return {}
 
     def apply(self, record: SensorRecord, generator: np.random.Generator) -> SensorRecord:

@@ -46,8 +46,6 @@ def check_seed(effects: Sequence[SensorEffect], seed: int | None) -> None:
 
 def record_of(simulation: Simulation, machine: Machine, *, output_rate_hz: float) -> SensorRecord:
     """Return what a chain without any limits would record of a simulation."""
-    places = machine.bare_assembly().places
-    ratios = tuple(places[p.location].shaft_ratio if p.location in places else 1.0 for p in simulation.probes)
     middle = simulation.signals.mean(axis=1)
     return SensorRecord(
         signals=simulation.signals,
@@ -56,32 +54,39 @@ def record_of(simulation: Simulation, machine: Machine, *, output_rate_hz: float
         phase_rad=simulation.phase_rad,
         speed_rad_s=simulation.speed_rad_s,
         channels=simulation.probes,
-        shaft_ratios=ratios,
+        shaft_ratios=probe_ratios(machine, simulation.probes),
         full_scale=np.abs(simulation.signals - middle[:, None]).max(axis=1),
         middle=middle,
         leak=np.zeros(len(simulation.probes)),
     )
 
 
+def probe_ratios(machine: Machine, probes: Sequence[Probe]) -> tuple[float, ...]:
+    """Return the speed of the shaft that each probe looks at over the reference shaft's."""
+    places = machine.bare_assembly().places
+    return tuple(places[probe.location].shaft_ratio if probe.location in places else 1.0 for probe in probes)
+
+
 def lines_of_chain(
-    effects: Sequence[SensorEffect], channels: Sequence[Probe], amplitudes: np.ndarray, orders: Sequence[int]
+    machine: Machine, channels: Sequence[Probe], amplitudes: np.ndarray, orders: Sequence[int]
 ) -> np.ndarray | None:
-    """Return what effects that only mix and add make of a motion's lines; None where one of them does more.
+    """Return a motion's lines as the machine's chain shows them; None where it does more than mix and add such lines.
 
     Parameters
     ----------
-    effects : sequence of SensorEffect
-        In the order of the links.
+    machine : Machine
     channels : sequence of Probe
-        All on the reference shaft.
     amplitudes : ndarray (channels, orders), complex
     orders : sequence of int
+        Of the reference shaft.
     """
-    for effect in effects:
+    for effect in sensor_effects(machine):
         matrix = effect.mixing(channels)
         if matrix is None:
             return None
         added, amplitudes = effect.added(channels), matrix @ amplitudes
+        if added and any(ratio != 1 for ratio in probe_ratios(machine, [channels[i] for i in effect.chosen(channels)])):
+            return None
         for column, order in enumerate(orders):
             amplitudes[:, column] += added.get(order, 0.0)
     return amplitudes

@@ -16,10 +16,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ...simulators.assembly import Probe
-from ...simulators.effect import Effect, SensorEffect
+from ...simulators.effect import Effect
 from ...simulators.errors import InvalidValueError, RotorwiseError
 from ...simulators.machine import Machine
-from ...simulators.sensor_run import lines_of_chain, run_chain, sensor_effects
+from ...simulators.sensor_run import lines_of_chain, probe_ratios, run_chain, sensor_effects
 from ...simulators.solvers.harmonic_balance import PeriodicMotion
 from ...simulators.solvers.simulate import Simulation
 from .lines import Condition, LineKind, phase_orders, turned_to_reference
@@ -246,22 +246,22 @@ class Predictor:
         return [found[machine.to_toml()] for machine in machines]
 
     def _seen(self, machine: Machine, motion: PeriodicMotion, index: int, least_s: float) -> np.ndarray:
-        balanced = self._balanced(motion, sensor_effects(machine))
+        balanced = self._balanced(motion, machine)
         if balanced is not None:
             return balanced
         speed, rate_hz = motion.speed_rad_s, self.rates_hz[index]
         least_s = max(CHAIN_TURNS * 2 * math.pi / speed, least_s)
         enough = max(math.ceil(least_s * rate_hz), CHAIN_SAMPLES)
         phase = speed * np.arange(min(self.samples[index], enough)) / rate_hz
-        untouched = self._balanced(motion, ())
+        untouched = self._balanced(motion, moving_part(machine))
         return self._recorded(machine, motion.probes, motion.waveform(phase), phase, index, untouched=untouched)
 
-    def _balanced(self, motion: PeriodicMotion, chain: Sequence[SensorEffect]) -> np.ndarray | None:
-        """Return the lines of a motion as a chain shows them, (probes, orders); None where it makes others."""
+    def _balanced(self, motion: PeriodicMotion, machine: Machine) -> np.ndarray | None:
+        """Return a motion's lines as the machine's chain shows them, (probes, orders); None where it makes others."""
         rows = [row for row, probe in enumerate(motion.probes) if probe.name in self.probes]
         channels = [motion.probes[row] for row in rows]
         columns, orders = [*self._whole_orders], [*self._whole_orders.values()]
-        amplitudes = lines_of_chain(chain, channels, motion.amplitudes[np.array(rows)[:, None], orders], orders)
+        amplitudes = lines_of_chain(machine, channels, motion.amplitudes[np.array(rows)[:, None], orders], orders)
         if amplitudes is None:
             return None
         names = [channel.name for channel in channels]
@@ -290,7 +290,7 @@ class Predictor:
         channels, signals = tuple(probes[i] for i in wanted), signals[wanted]
         ranges = None if self.full_scale is None else self.full_scale[[self.probes.index(one.name) for one in channels]]
         how = {"rate_hz": self.rates_hz[index], "speed_rpm": self.conditions[index].speed_rpm, "full_scale": ranges}
-        record = steady_record(signals, channels, phase_rad, **how)
+        record = steady_record(signals, channels, phase_rad, shaft_ratios=probe_ratios(machine, channels), **how)
         record = run_chain(record, sensor_effects(machine), samples=phase_rad.size, seed=0)
         found = np.zeros((len(self.probes), len(self.orders)), dtype=complex) if untouched is None else untouched
         rows = np.arange(len(self.probes))

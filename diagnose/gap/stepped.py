@@ -157,6 +157,7 @@ def steady_record(
     *,
     rate_hz: float,
     speed_rpm: float,
+    shaft_ratios: tuple[float, ...],
     full_scale: np.ndarray | None,
 ) -> SensorRecord:
     """Return the signals (channels, samples) of a constant speed as a record that no chain has changed yet.
@@ -171,7 +172,7 @@ def steady_record(
         phase_rad=phase_rad,
         speed_rad_s=np.full(phase_rad.size, 2 * math.pi * speed_rpm / 60),
         channels=channels,
-        shaft_ratios=(1.0,) * len(channels),
+        shaft_ratios=shaft_ratios,
         full_scale=np.abs(signals - middle[:, None]).max(axis=1) if full_scale is None else full_scale,
         middle=middle,
         leak=np.zeros(len(channels)),

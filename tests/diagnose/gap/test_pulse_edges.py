@@ -74,3 +74,9 @@ def test_steps_are_told_from_slow_edges():
     assert are_steps(pulses, edges)
     slow = np.convolve(pulses, np.ones(4) / 4, mode="same")
     assert not are_steps(slow, edges)
+
+
+def test_pulses_of_one_sample_are_steps():
+    signal = np.zeros(20_000)
+    signal[4000::4000] = 5.0
+    assert are_steps(signal, np.flatnonzero(np.diff(signal) > 0) + 0.5)

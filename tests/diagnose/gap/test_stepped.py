@@ -1,12 +1,16 @@
 """Lines simulated in time against those balanced in the frequency domain."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from rotorwise.diagnose.gap.line_noise import BLACKMAN_HARRIS, carriers_of, weighted_amplitudes
 from rotorwise.diagnose.gap.lines import Condition, LineKind
 from rotorwise.diagnose.gap.predict import Predictor
+from rotorwise.diagnose.gap.stepped import steady_record
 from rotorwise.simulators.effect import make_effect
 from rotorwise.simulators.machine import find_machine
+from rotorwise.simulators.sensor_run import lines_of_chain, probe_ratios, run_chain, sensor_effects
 from rotorwise.simulators.solvers.harmonic_balance import harmonic_balance
 
 ORDERS = (1.0, 2.0, 3.0)
@@ -143,3 +147,24 @@ def test_what_lies_beside_an_order_does_not_leak_into_it():
     own = np.cos(2 * np.pi * 3 * turns + 0.3)
     found = weighted_amplitudes(own[None], turns=turns, orders=order, window=BLACKMAN_HARRIS)[0, 0]
     assert found == pytest.approx(np.exp(0.3j), rel=1e-6)
+
+
+def test_run_out_of_a_slower_shaft_is_at_its_own_order():
+    gearbox = find_machine("gearbox")
+    probes = {p.name: p for p in gearbox.bare_assembly().probes}
+    channels = (probes["wheel x"], probes["pinion y"])
+    ratios = probe_ratios(gearbox, channels)
+    assert ratios[0] < 0.5
+    assert ratios[1] == 1
+    first_alone = make_effect("run_out", {}).at_zero().with_values(harmonic_1_m=1e-4)
+    on_wheel, on_pinion = (gearbox.with_effects(replace(first_alone, at=one.location)) for one in channels)
+    still, orders = np.zeros((2, 3), dtype=complex), (1, 2, 3)
+    assert lines_of_chain(on_wheel, channels, still, orders) is None
+    found = lines_of_chain(on_pinion, channels, still, orders)
+    assert found is not None
+    np.testing.assert_allclose(np.abs(found), [[0, 0, 0], [1e-4, 0, 0]], atol=1e-18)
+    phase = 2 * np.pi * np.arange(4000) / 100
+    how = {"rate_hz": 1000.0, "speed_rpm": 600.0, "shaft_ratios": ratios, "full_scale": None}
+    record = steady_record(np.zeros((2, phase.size)), channels, phase, **how)
+    shown = run_chain(record, sensor_effects(on_wheel), samples=phase.size, seed=0).signals
+    np.testing.assert_allclose(shown, 1e-4 * np.stack([np.cos(ratios[0] * phase), 0 * phase]), atol=1e-12)
