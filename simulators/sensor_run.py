@@ -46,18 +46,40 @@ def check_seed(effects: Sequence[SensorEffect], seed: int | None) -> None:
 
 def record_of(simulation: Simulation, machine: Machine, *, output_rate_hz: float) -> SensorRecord:
     """Return what a chain without any limits would record of a simulation."""
-    middle = simulation.signals.mean(axis=1)
-    return SensorRecord(
-        signals=simulation.signals,
-        rate_hz=simulation.rate_hz,
-        output_rate_hz=output_rate_hz,
+    return record_of_signals(
+        simulation.signals,
+        machine,
+        simulation.probes,
         phase_rad=simulation.phase_rad,
         speed_rad_s=simulation.speed_rad_s,
-        channels=simulation.probes,
-        shaft_ratios=probe_ratios(machine, simulation.probes),
-        full_scale=np.abs(simulation.signals - middle[:, None]).max(axis=1),
+        rate_hz=simulation.rate_hz,
+        output_rate_hz=output_rate_hz,
+    )
+
+
+def record_of_signals(
+    signals: np.ndarray,
+    machine: Machine,
+    channels: tuple[Probe, ...],
+    *,
+    phase_rad: np.ndarray,
+    speed_rad_s: np.ndarray,
+    rate_hz: float,
+    output_rate_hz: float,
+) -> SensorRecord:
+    """Return what a chain without any limits would record of signals (channels, samples) of a machine."""
+    middle = signals.mean(axis=1)
+    return SensorRecord(
+        signals=signals,
+        rate_hz=rate_hz,
+        output_rate_hz=output_rate_hz,
+        phase_rad=phase_rad,
+        speed_rad_s=speed_rad_s,
+        channels=channels,
+        shaft_ratios=probe_ratios(machine, channels),
+        full_scale=np.abs(signals - middle[:, None]).max(axis=1),
         middle=middle,
-        leak=np.zeros(len(simulation.probes)),
+        leak=np.zeros(len(channels)),
     )
 
 

@@ -19,7 +19,7 @@ from ...simulators.assembly import Probe
 from ...simulators.effect import Effect
 from ...simulators.errors import InvalidValueError, RotorwiseError
 from ...simulators.machine import Machine
-from ...simulators.sensor_run import lines_of_chain, probe_ratios, run_chain, sensor_effects
+from ...simulators.sensor_run import lines_of_chain, record_of_signals, run_chain, sensor_effects
 from ...simulators.solvers.harmonic_balance import PeriodicMotion
 from ...simulators.solvers.simulate import Simulation
 from .lines import Condition, LineKind, phase_orders, turned_to_reference
@@ -31,7 +31,6 @@ from .stepped import (
     lines_of_record,
     motions,
     moving_part,
-    steady_record,
     stepped_key,
     superposed,
 )
@@ -147,8 +146,7 @@ class Predictor:
             try:
                 if isinstance(own, RotorwiseError):
                     raise _NotPeriodicError(str(own))
-                lengths = least_lengths(machine, self.conditions) if sensor_effects(machine) else (0.0,) * len(own)
-                self._keep(key, np.stack([self._seen(machine, motion, i, lengths[i]) for i, motion in enumerate(own)]))
+                self._keep(key, np.stack([self._seen(machine, motion, i) for i, motion in enumerate(own)]))
             except _NotPeriodicError:
                 in_time.append((key, machine, self._repeating(machine)))
         if most_in_time is not None and len(in_time) > most_in_time:
@@ -245,12 +243,12 @@ class Predictor:
             self._motions.pop(next(iter(self._motions)))
         return [found[machine.to_toml()] for machine in machines]
 
-    def _seen(self, machine: Machine, motion: PeriodicMotion, index: int, least_s: float) -> np.ndarray:
+    def _seen(self, machine: Machine, motion: PeriodicMotion, index: int) -> np.ndarray:
         balanced = self._balanced(motion, machine)
         if balanced is not None:
             return balanced
         speed, rate_hz = motion.speed_rad_s, self.rates_hz[index]
-        least_s = max(CHAIN_TURNS * 2 * math.pi / speed, least_s)
+        least_s = max(CHAIN_TURNS * 2 * math.pi / speed, *least_lengths(machine, self.conditions[index : index + 1]))
         enough = max(math.ceil(least_s * rate_hz), CHAIN_SAMPLES)
         phase = speed * np.arange(min(self.samples[index], enough)) / rate_hz
         untouched = self._balanced(motion, moving_part(machine))
@@ -288,9 +286,11 @@ class Predictor:
         """
         wanted = [i for i, probe in enumerate(probes) if probe.name in self.probes]
         channels, signals = tuple(probes[i] for i in wanted), signals[wanted]
-        ranges = None if self.full_scale is None else self.full_scale[[self.probes.index(one.name) for one in channels]]
-        how = {"rate_hz": self.rates_hz[index], "speed_rpm": self.conditions[index].speed_rpm, "full_scale": ranges}
-        record = steady_record(signals, channels, phase_rad, shaft_ratios=probe_ratios(machine, channels), **how)
+        rate_hz, speed_rad_s = self.rates_hz[index], 2 * math.pi * self.conditions[index].speed_rpm / 60
+        how = {"phase_rad": phase_rad, "speed_rad_s": np.full(phase_rad.size, speed_rad_s)}
+        record = record_of_signals(signals, machine, channels, rate_hz=rate_hz, output_rate_hz=rate_hz, **how)
+        if self.full_scale is not None:
+            record = replace(record, full_scale=self.full_scale[[self.probes.index(one.name) for one in channels]])
         record = run_chain(record, sensor_effects(machine), samples=phase_rad.size, seed=0)
         found = np.zeros((len(self.probes), len(self.orders)), dtype=complex) if untouched is None else untouched
         rows = np.arange(len(self.probes))

@@ -1,4 +1,7 @@
-"""Lines of machines whose motion does not repeat with the shaft: simulated in time, then observed as a recording is."""
+"""Lines of machines whose motion does not repeat with the shaft: in time, then observed as a recording is.
+
+What sinusoidal forces add to a linear machine is added up, all else is simulated.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...simulators.assembly import Probe
 from ...simulators.errors import RotorwiseError
 from ...simulators.machine import Machine
 from ...simulators.sensor_record import SensorRecord
@@ -148,35 +150,6 @@ def superposed(
         phase = motion.speed_rad_s * time_s
         found.append((sum((wave.waveform(phase, time_s) for wave in waves), motion.waveform(phase)), phase))
     return found
-
-
-def steady_record(
-    signals: np.ndarray,
-    channels: tuple[Probe, ...],
-    phase_rad: np.ndarray,
-    *,
-    rate_hz: float,
-    speed_rpm: float,
-    shaft_ratios: tuple[float, ...],
-    full_scale: np.ndarray | None,
-) -> SensorRecord:
-    """Return the signals (channels, samples) of a constant speed as a record that no chain has changed yet.
-
-    ``full_scale`` (channels,) are the measuring ranges; those of the signals themselves where none are known.
-    """
-    middle = signals.mean(axis=1)
-    return SensorRecord(
-        signals=signals,
-        rate_hz=rate_hz,
-        output_rate_hz=rate_hz,
-        phase_rad=phase_rad,
-        speed_rad_s=np.full(phase_rad.size, 2 * math.pi * speed_rpm / 60),
-        channels=channels,
-        shaft_ratios=shaft_ratios,
-        full_scale=np.abs(signals - middle[:, None]).max(axis=1) if full_scale is None else full_scale,
-        middle=middle,
-        leak=np.zeros(len(channels)),
-    )
 
 
 def lines_of_record(

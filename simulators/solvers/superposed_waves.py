@@ -62,13 +62,17 @@ def superposed_waves(machine: Machine, without: Machine, *, speed_rpm: float) ->
     """
     whole, rest = machine.system(speed_rpm=speed_rpm), without.system(speed_rpm=speed_rpm)
     further = [number for number, force in enumerate(whole.forces) if force not in rest.forces]
-    if len(whole.forces) - len(further) != len(rest.forces) or not np.array_equal(whole.core, rest.core):
-        return None
     (speed,) = steady(speed_rpm=speed_rpm).speeds_rad_s
-    alike = _is_constant(rest, speed)
-    found = [_wave(whole, number, speed) for number in further] if alike else [None]
-    waves = [one for one in found if one is not None]
-    return waves if len(waves) == len(found) else None
+    alike = len(whole.forces) - len(further) == len(rest.forces) and np.array_equal(whole.core, rest.core)
+    if not alike or not _is_constant(rest, speed):
+        return None
+    waves = []
+    for number in further:
+        wave = _wave(whole, number, speed)
+        if wave is None:
+            return None
+        waves.append(wave)
+    return waves
 
 
 def _is_constant(system: System, speed_rad_s: float) -> bool:

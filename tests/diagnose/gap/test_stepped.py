@@ -7,10 +7,15 @@ import pytest
 from rotorwise.diagnose.gap.line_noise import BLACKMAN_HARRIS, carriers_of, weighted_amplitudes
 from rotorwise.diagnose.gap.lines import Condition, LineKind
 from rotorwise.diagnose.gap.predict import Predictor
-from rotorwise.diagnose.gap.stepped import steady_record
 from rotorwise.simulators.effect import make_effect
 from rotorwise.simulators.machine import find_machine
-from rotorwise.simulators.sensor_run import lines_of_chain, probe_ratios, run_chain, sensor_effects
+from rotorwise.simulators.sensor_run import (
+    lines_of_chain,
+    probe_ratios,
+    record_of_signals,
+    run_chain,
+    sensor_effects,
+)
 from rotorwise.simulators.solvers.harmonic_balance import harmonic_balance
 
 ORDERS = (1.0, 2.0, 3.0)
@@ -164,7 +169,7 @@ def test_run_out_of_a_slower_shaft_is_at_its_own_order():
     assert found is not None
     np.testing.assert_allclose(np.abs(found), [[0, 0, 0], [1e-4, 0, 0]], atol=1e-18)
     phase = 2 * np.pi * np.arange(4000) / 100
-    how = {"rate_hz": 1000.0, "speed_rpm": 600.0, "shaft_ratios": ratios, "full_scale": None}
-    record = steady_record(np.zeros((2, phase.size)), channels, phase, **how)
+    how = {"phase_rad": phase, "speed_rad_s": np.full(phase.size, 63.0), "rate_hz": 1000.0, "output_rate_hz": 1000.0}
+    record = record_of_signals(np.zeros((2, phase.size)), gearbox, channels, **how)
     shown = run_chain(record, sensor_effects(on_wheel), samples=phase.size, seed=0).signals
     np.testing.assert_allclose(shown, 1e-4 * np.stack([np.cos(ratios[0] * phase), 0 * phase]), atol=1e-12)
