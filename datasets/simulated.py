@@ -231,7 +231,7 @@ def recordable(there: Sequence[Probe], wanted: Sequence[str]) -> tuple[list[Prob
     if not kept:
         raise InvalidValueError(
             f"None of the probes {', '.join(probe.name for probe in chosen)} has a unit that a recording holds; "
-            "allowed: linear motion or rotational speed. Choose other probes."
+            "allowed: linear motion, angle or rotational speed. Choose other probes."
         )
     lost = [f"{probe.name} ({probe.unit})" for probe in chosen if probe not in kept]
     return kept, [f"Left out, as recordings hold no such unit: {', '.join(lost)}."] if lost else []

@@ -5,6 +5,7 @@ Units are declared, never guessed: an unknown text stays unknown.
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 
@@ -24,6 +25,7 @@ SI_UNIT = {
     "torque": "N.m",
     "current": "A",
     "rotational_speed": "rad/s",
+    "angle": "rad",
 }
 
 
@@ -58,6 +60,9 @@ _UNITS = (
     (Unit("A", "current", 1.0), "amp ampere amps"),
     (Unit("rpm", "rotational_speed", 0.10471975511965977), "r/min rev/min 1/min"),
     (Unit("rad/s", "rotational_speed", 1.0), "rad/sec"),
+    (Unit("rad", "angle", 1.0), "radian radians"),
+    (Unit("mrad", "angle", 1e-3), "milliradian milliradians"),
+    (Unit("deg", "angle", math.pi / 180), "° degree degrees"),
 )
 # Some spellings differ by case only (Pa, mPa, mV against MV): exact spelling first, then without case.
 _EXACT = {unit.text: unit for unit, _ in _UNITS}

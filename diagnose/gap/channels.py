@@ -125,7 +125,7 @@ def _check_quantity(recording: Recording, channel: Channel, probe: Probe) -> Non
     if wanted is None:
         raise InvalidValueError(
             f"{_origin(recording)}: probe {probe.name} is in {probe.unit}, which no recording holds; allowed: linear "
-            "motion or rotational speed. Choose another probe."
+            "motion, angle or rotational speed. Choose another probe."
         )
     if channel.quantity == wanted:
         return

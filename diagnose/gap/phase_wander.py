@@ -19,7 +19,7 @@ FEWEST_WINDOWS = 3.0
 #: The phase moves so many times as much as the size, in the middle of the channels, and with this correlation.
 MORE_THAN_SIZE, ALIKE = 2.5, 0.9
 #: Quantities that are no vibration.
-OTHERS = ("tacho", "rotational_speed")
+OTHERS = ("tacho", "rotational_speed", "angle")
 
 
 def phase_wander(recording: Recording) -> tuple[float, bool]:

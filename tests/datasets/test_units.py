@@ -25,6 +25,7 @@ from rotorwise.datasets.units import SI_UNIT, parse_sensitivity, parse_unit, req
         ("mPa", "sound_pressure", 1e-3),
         ("mV", "voltage", 1e-3),
         ("rpm", "rotational_speed", 2 * math.pi / 60),
+        ("deg", "angle", math.pi / 180),
     ],
 )
 def test_factors_follow_from_the_definitions(text: str, quantity: str, to_si: float) -> None:
@@ -44,6 +45,7 @@ def test_factors_follow_from_the_definitions(text: str, quantity: str, to_si: fl
         (("mils", "thou"), "mil"),
         (("Volts", "V", "v"), "V"),
         (("r/min", "1/min", "RPM"), "rpm"),
+        (("°", "degrees", "[Deg]"), "deg"),
     ],
 )
 def test_spellings(spellings: tuple[str, ...], unit: str) -> None:

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 from rotorwise.datasets.reading import read
-from rotorwise.datasets.simulated import MOST_SAMPLES, label_of, nameplate_of, record_machine
+from rotorwise.datasets.simulated import MOST_SAMPLES, label_of, nameplate_of, record_machine, recordable
 from rotorwise.diagnose.signal.speed import speed_from_tacho
 from rotorwise.diagnose.simulate_command import _notes, check_ours
 from rotorwise.diagnose.simulate_options import CHAINS, parse_chain, parse_effect, parse_machine, parse_speed
+from rotorwise.simulators.assembly import Probe
 from rotorwise.simulators.effects.unbalance import Unbalance
 from rotorwise.simulators.errors import InvalidValueError
 from rotorwise.simulators.machine import find_machine, machine_from_toml
@@ -79,14 +80,21 @@ def test_label_names_effects_places_and_values() -> None:
     assert label_of(effects).startswith(first)
 
 
+def test_torsion_is_recorded_as_an_angle() -> None:
+    machine = find_machine("rigid_coupling")
+    made = record_machine(machine, speed_rpm=1500.0, duration_s=0.2, rate_hz=1000.0, probes=["twist"]).recording
+    assert (made.channels[0].quantity, made.channels[0].unit) == ("angle", "rad")
+    run = machine.simulate(speed_rpm=1500.0, duration_s=0.2, rate_hz=1000.0, probes=["twist"])
+    np.testing.assert_array_equal(made.signals[0], run.signals[0])
+
+
 def test_what_a_recording_cannot_hold_is_left_out_and_said() -> None:
-    made = record_machine(find_machine("rigid_coupling"), speed_rpm=1500.0, duration_s=0.2, rate_hz=1000.0)
-    assert "twist" not in [one.name for one in made.recording.channels]
-    assert any("twist (rad)" in note for note in made.notes)
-    with pytest.raises(InvalidValueError, match="None of the probes twist"):
-        record_machine(
-            find_machine("rigid_coupling"), speed_rpm=1500.0, duration_s=0.2, rate_hz=1000.0, probes=["twist"]
-        )
+    path, heat = (Probe(name, "displacement", unit, "hub", "x", {}) for name, unit in (("path", "m"), ("heat", "K")))
+    kept, notes = recordable([path, heat], [])
+    assert kept == [path]
+    assert any("heat (K)" in note for note in notes)
+    with pytest.raises(InvalidValueError, match="None of the probes heat"):
+        recordable([path, heat], ["heat"])
 
 
 def test_error_estimate_is_small_for_the_shipped_step() -> None:

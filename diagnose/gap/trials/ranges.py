@@ -71,7 +71,15 @@ class TrialRange:
 RANGES = {
     # Torsion resonates at 1X near 1230 rpm, where 2X also meets the lateral 2400 rpm; with stiffness off by 10 % the
     # peak may lie 5 % off, and it takes 8 s to build up. Above 2000 rpm the lateral resonance begins.
-    "rigid_coupling": TrialRange(((500.0, 1110.0), (1350.0, 2000.0)), (4, 6), 1000.0, 6e-4, loads=(200.0, 800.0)),
+    # Its proximity probes; hardly any machine has the torsional ones.
+    "rigid_coupling": TrialRange(
+        ((500.0, 1110.0), (1350.0, 2000.0)),
+        (4, 6),
+        1000.0,
+        6e-4,
+        loads=(200.0, 800.0),
+        probes=("rotor_1.x", "rotor_1.y", "rotor_2.x", "rotor_2.y"),
+    ),
     # Stable by Floquet's multipliers from 600 to 5000 rpm (growth -1.8 1/s at most); the critical speed near 2600 rpm
     # is well damped, and crossing it is what tells unbalance from bow.
     "amb_rotor": TrialRange(((900.0, 4200.0),), (4, 6), 1800.0, 3e-4),
