@@ -20,11 +20,27 @@ def altered(machine: Machine, *, share: float, seed: int) -> Machine:
 
 
 def recorded(
-    machine: Machine, speeds_rpm: tuple[float, ...], *, rate_hz: float, duration_s: float, seed: int, **options: float
+    machine: Machine,
+    speeds_rpm: tuple[float, ...],
+    *,
+    rate_hz: float,
+    duration_s: float,
+    seed: int,
+    torsion: bool = False,
+    **options: float,
 ) -> tuple[Recording, ...]:
+    """Return recordings with all probes of the machine; those of torsion, which hardly anyone has, when asked for."""
+    probes = [one.name for one in machine.bare_assembly().probes if torsion or one.unit != "rad"]
     return tuple(
         record_machine(
-            machine, speed_rpm=rpm, duration_s=duration_s, rate_hz=rate_hz, chain=CHAIN, seed=seed + i, **options
+            machine,
+            speed_rpm=rpm,
+            duration_s=duration_s,
+            rate_hz=rate_hz,
+            chain=CHAIN,
+            seed=seed + i,
+            probes=probes,
+            **options,
         ).recording
         for i, rpm in enumerate(speeds_rpm)
     )

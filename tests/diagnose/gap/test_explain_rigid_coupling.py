@@ -13,6 +13,7 @@ from rotorwise.diagnose.gap.explain import explain_gap
 from rotorwise.diagnose.gap.words import verdict_words
 from rotorwise.simulators import rigid_coupling
 from rotorwise.simulators.effects.looseness import Looseness
+from rotorwise.simulators.effects.torque_ripple import TorqueRipple
 from rotorwise.simulators.effects.unbalance import Unbalance
 from rotorwise.simulators.machine import Machine
 
@@ -24,6 +25,7 @@ RIVALS = frozenset(
     ("looseness", "rub", "soft_foot", "support_anisotropy", "unbalance", "bolt_loss", "run_out", "remounted_sensor")
 )
 HIDDEN = Unbalance(at="rotor_2", moment_kg_m=8e-3, angle_rad=0.8)
+RIPPLE = TorqueRipple(at="rotor_2", torque_n_m=8.0, order=3.0, angle_rad=0.4)
 
 
 def _recorded(machine: Machine, seed: int) -> tuple[Recording, ...]:
@@ -93,6 +95,18 @@ def test_what_acts_on_the_healthy_machine_as_well_is_no_cause_of_a_change(unbala
     alone = Campaign(unbalanced.recordings[:2])
     other = explain_gap(alone, rigid_coupling, only=frozenset({"gravity"})).not_compared
     assert other["gravity"] == "adds nothing to the lines that are compared here"
+
+
+def test_a_torque_that_only_torsion_shows_is_found():
+    # Torque ripple turns the shafts against each other and bends nothing: the proximity probes see nothing of it.
+    healthy, later = (
+        recorded(machine, SPEEDS_RPM, rate_hz=500.0, duration_s=6.0, seed=seed, torsion=True, settle_s=40.0)
+        for machine, seed in ((rigid_coupling, 41), (rigid_coupling.with_effects(RIPPLE), 51))
+    )
+    found = explain_gap(
+        Campaign(later, healthy), rigid_coupling, only=frozenset({"torque_ripple", "unbalance", "gravity", "run_out"})
+    )
+    assert [cause.effect for cause in found.causes] == ["torque_ripple"]
 
 
 def test_a_defect_of_the_waveform_does_not_stand_for_lines_that_nothing_explains(unbalanced):
