@@ -62,7 +62,8 @@ class Baseline:
     lines : ndarray (conditions, probes, orders), complex
         What the machine shows at ``position``.
     slopes : ndarray (unknowns, conditions, probes, orders), complex
-        Derivatives in the coordinates, then in the real and imaginary part of each probe's gain.
+        Derivatives in the coordinates, in the real and imaginary part of each probe's gain, then in what else may be
+        wrong (`form_error.py`).
     prior : ndarray (unknowns,)
         Standard deviations before any measurement, about ``prior_mean``.
     prior_mean : ndarray (unknowns,)
@@ -81,6 +82,11 @@ class Baseline:
     prior: np.ndarray
     prior_mean: np.ndarray
     drift: np.ndarray
+
+    @property
+    def further(self) -> np.ndarray:
+        """Slopes in what is uncertain beside the machine's coordinates and the gains."""
+        return self.slopes[len(self.coordinates) + 2 * self.lines.shape[1] :]
 
 
 def machine_at(machine: Machine, coordinates: tuple[Coordinate, ...], position: np.ndarray) -> Machine:
@@ -105,13 +111,13 @@ def start(
 ) -> Baseline:
     """Return the machine as given, or at ``begin``, linearised; parameters that move nothing measured are not active.
 
-    ``added`` are coordinates of effects that the machine is given with.
+    ``added`` are coordinates of effects that the machine is given with, or of its own parameters without a prior.
     """
     load = machine.definition.load_parameter
     values = machine.values
     own = coordinates_of([_uncertain(p, values[p.name]) for p in machine.definition.parameters if p.name != load])
     given = [c.coordinate(values[c.parameter.name]) for c in own]
-    given += [c.coordinate(machine.effects[c.effect or 0].values()[c.parameter.name]) for c in added]
+    given += [c.coordinate(_value_in(machine, c)) for c in added]
     coordinates, given = (*own, *added), np.array(given)
     tell(f"slopes of {len(coordinates)} machine parameters")
     position, everything = given if begin is None else begin, np.ones(given.size, dtype=bool)
@@ -121,6 +127,11 @@ def start(
     slopes = found.slopes.copy()
     slopes[: given.size][~active] = 0.0
     return replace(found, active=active, slopes=slopes)
+
+
+def _value_in(machine: Machine, coordinate: Coordinate) -> float:
+    own = machine.values if coordinate.effect is None else machine.effects[coordinate.effect].values()
+    return own[coordinate.parameter.name]
 
 
 def _uncertain(parameter: Parameter, value: float) -> Parameter:
@@ -139,8 +150,12 @@ def linearised(
     given: np.ndarray,
     active: np.ndarray,
     predictor: Predictor,
+    further: np.ndarray | None = None,
 ) -> Baseline:
-    """Return the machine at a position of its coordinates with its slopes there."""
+    """Return the machine at a position of its coordinates with its slopes there.
+
+    ``further`` are slopes (errors, conditions, probes, orders) in what else may be wrong.
+    """
     here = machine_at(machine, coordinates, position)
     lines = predictor.amplitudes(here)
     slopes = np.zeros((len(coordinates), *lines.shape), dtype=complex)
@@ -157,7 +172,7 @@ def linearised(
         slopes[i] = (predictor.amplitudes(moved_machine) - lines) / steps[i]
     probes = lines.shape[1]
     prior = [FREE_ANGLE if c.is_angle else 1.0 for c in coordinates] + [GAIN_DEVIATION] * (2 * probes)
-    return Baseline(
+    found = Baseline(
         machine=here,
         coordinates=coordinates,
         position=position,
@@ -170,6 +185,19 @@ def linearised(
         drift=np.array(
             [_drift(c, z) for c, z in zip(coordinates, position, strict=True)] + [GAIN_DRIFT] * (2 * probes)
         ),
+    )
+    return widened_by(found, further) if further is not None and len(further) else found
+
+
+def widened_by(baseline: Baseline, errors: np.ndarray) -> Baseline:
+    """Return the baseline with further unknowns of mean 0 and deviation 1: slopes (errors, conditions, ...) in them."""
+    count = len(errors)
+    return replace(
+        baseline,
+        slopes=np.concatenate([baseline.slopes, errors]),
+        prior=np.concatenate([baseline.prior, np.ones(count)]),
+        prior_mean=np.concatenate([baseline.prior_mean, np.zeros(count)]),
+        drift=np.concatenate([baseline.drift, np.zeros(count)]),
     )
 
 
@@ -191,14 +219,18 @@ def shifted(baseline: Baseline, machine: Machine, change: np.ndarray, predictor:
         machine=here,
         position=position,
         lines=lines,
-        slopes=np.concatenate([baseline.slopes[:own], _gain_slopes(lines, predictor)]),
+        slopes=np.concatenate([baseline.slopes[:own], _gain_slopes(lines, predictor), baseline.further]),
         prior_mean=np.concatenate([baseline.given - position, baseline.prior_mean[own:]]),
     )
 
 
 def again(baseline: Baseline, machine: Machine, predictor: Predictor) -> Baseline:
-    """Return the baseline linearised anew at its position; ``machine`` may carry effects, ``predictor`` be another."""
-    return linearised(machine, baseline.coordinates, baseline.position, baseline.given, baseline.active, predictor)
+    """Return the baseline linearised anew at its position; ``machine`` may carry effects.
+
+    ``predictor`` may be for other conditions where nothing else than the machine and the gains is uncertain.
+    """
+    own = (baseline.coordinates, baseline.position, baseline.given, baseline.active)
+    return linearised(machine, *own, predictor, baseline.further)
 
 
 def _gain_slopes(lines: np.ndarray, predictor: Predictor) -> np.ndarray:

@@ -56,7 +56,8 @@ def calibrated(
     """Return the machine with its parameters where the healthy lines put them, linearised there.
 
     Only the healthy conditions are used; ``predictor`` is for those. ``added`` are coordinates of effects that the
-    machine is given with; ``begin`` is the position to begin at, else the machine as given.
+    machine is given with, or of its own parameters without a prior; ``begin`` is the position to begin at, else the
+    machine as given.
     """
     current = start(machine, predictor, added, begin=begin, tell=tell)
     repeats = predictor.repeats(machine)

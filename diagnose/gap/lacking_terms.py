@@ -102,6 +102,18 @@ def lacking_terms(current: Baseline, predictor: Predictor, *, reference_rpm: flo
     return found
 
 
+def slopes_in(terms: Sequence[Term], current: Baseline, predictor: Predictor) -> list[np.ndarray]:
+    """Return what one standard deviation of each term's strengths moves in the predictor's conditions.
+
+    ``current`` is the machine in these.
+    """
+    tried = [(term.effect, term.strengths) for term in terms]
+    # The step that moved the lines of some probe by `STEP` where the terms were made.
+    share = STEP / MOVES
+    changes = _changes(current, tried, [share * term.deviation for term in terms], predictor)
+    return [change / share for change in changes]
+
+
 def _options(machine: Machine, reference_rpm: float) -> list[tuple[Effect, tuple[str, ...]]]:
     every = [p for p in machine.bare_assembly().places.values() if {"x", "y"} <= set(p.directions)]
     found: list[tuple[Effect, tuple[str, ...]]] = []

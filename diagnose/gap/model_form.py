@@ -17,12 +17,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...simulators.machine import Machine
-from .baseline import Baseline, error_covariance, model_error, noise_covariance
+from .baseline import Baseline
 from .calibration import calibrated
 from .coordinates import Coordinate
+from .healthy_evidence import ERROR_FACTORS, evidence, raised, unknowns_covariance, whitened
 from .lacking_terms import TURNING, Term, lacking_terms
 from .lines import OrderLines, stacked
 from .predict import Predictor
+from .pulse_place import Placed
 from .result import Estimate, LackingTerm, ModelForm
 from .stable import is_stable
 from .whitening import lower_solved
@@ -36,8 +38,6 @@ MOST_TERMS, LEAST_GAIN = 8, 5.0
 USUAL, ODDS = frozenset(effect.NAME for effect, _, _ in TURNING), 20.0
 #: Terms are kept where all of them together leave at most this share of what was missed.
 MUCH_LESS = 0.7
-#: Factors of the usual model error of which the likeliest counts.
-ERROR_FACTORS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 #: Standard deviations of half of a 90 % interval.
 SIGMAS_OF_90 = 1.6449
 
@@ -69,8 +69,7 @@ class Extended:
 
 
 def extended(
-    machine: Machine,
-    found: Baseline,
+    placed: Placed,
     healthy: OrderLines,
     predictor: Predictor,
     *,
@@ -81,24 +80,24 @@ def extended(
 
     Parameters
     ----------
-    machine : Machine
-        As given.
-    found : Baseline
-        The same calibrated on the healthy lines.
+    placed : Placed
+        Calibrated on the healthy lines.
     healthy : OrderLines
+        Their phases counted from the machine's zero.
     predictor : Predictor
         For the healthy conditions.
     reference_rpm : float
         Highest speed of all recordings.
     """
-    state = _State(machine, (), found)
+    found = placed.at_healthy
+    start = state = _State(placed.machine, (), found, placed.free)
     speeds = sorted({*(one.speed_rpm for one in healthy.conditions), reference_rpm})
-    able = predictor.repeats(machine) and len(healthy.conditions) >= LEAST_CONDITIONS
+    able = predictor.repeats(placed.machine) and len(healthy.conditions) >= LEAST_CONDITIONS
     for count in range(MOST_TERMS if able else 0):
         tell(f"what the model lacks when healthy, term {count + 1}")
         terms = lacking_terms(state.current, predictor, reference_rpm=reference_rpm)
         further = _grown(state, terms, healthy, predictor, speeds)
-        if further is None or _evidence(further.current, healthy) < _evidence(state.current, healthy) + LEAST_GAIN:
+        if further is None or evidence(further.current, healthy) < evidence(state.current, healthy) + LEAST_GAIN:
             break
         state = further
     while state.terms and (weakest := _not_needed(state, healthy)) is not None:
@@ -108,16 +107,16 @@ def extended(
         again = state.changed(state.terms, healthy, predictor, afresh=True)
         state = max((state, again), key=lambda one: one.evidence(healthy))
     if state.terms and not state.runs(speeds):
-        state = _State(machine, (), found)
+        state = start
     before = _missed(found, healthy)
     if _missed(state.current, healthy) > MUCH_LESS * before:
         # What the evidence asks for there are small lines; what is missed is something else.
-        state = _State(machine, (), found)
+        state = start
     return Extended(
         machine=state.with_terms()[0],
         added=state.with_terms()[1],
         at_healthy=state.current,
-        covariance=_covariance(state.current, healthy),
+        covariance=unknowns_covariance(state.current, healthy),
         missed_before=before,
         missed=_missed(state.current, healthy),
     )
@@ -130,6 +129,7 @@ class _State:
     machine: Machine
     terms: tuple[Term, ...]
     current: Baseline
+    free: tuple[Coordinate, ...]
 
     def with_terms(self) -> tuple[Machine, tuple[Coordinate, ...]]:
         """Return the machine with the terms at zero, and their coordinates."""
@@ -140,7 +140,7 @@ class _State:
     def evidence(self, healthy: OrderLines) -> float:
         """Return the logarithm of the evidence, with what is likely of any machine, up to a constant."""
         usual = sum(term.effect.NAME in USUAL for term in self.terms)
-        return _evidence(self.current, healthy) + usual * math.log(ODDS)
+        return evidence(self.current, healthy) + usual * math.log(ODDS)
 
     def runs(self, speeds_rpm: Sequence[float]) -> bool:
         """Return whether the calibrated machine is stable, or was not so as given."""
@@ -171,7 +171,7 @@ class _State:
         begin = np.concatenate([own[:first], *begin])
         there = replace(self, terms=terms)
         machine, coordinates = there.with_terms()
-        return replace(there, current=calibrated(machine, healthy, predictor, coordinates, begin=begin))
+        return replace(there, current=calibrated(machine, healthy, predictor, (*self.free, *coordinates), begin=begin))
 
 
 def _grown(
@@ -201,7 +201,7 @@ def _not_needed(state: _State, healthy: OrderLines) -> int | None:
     By the densities of its strength at zero before and after the healthy lines (J. M. Dickey, Annals of Mathematical
     Statistics 42 (1971) 204).
     """
-    covariance = _covariance(state.current, healthy)
+    covariance = unknowns_covariance(state.current, healthy)
     needed = []
     for part in state.parts:
         position, own = state.current.position[part], covariance[part, part]
@@ -229,39 +229,6 @@ def form_of(found: Extended) -> ModelForm:
     return ModelForm(tuple(terms), found.missed_before, found.missed)
 
 
-def _covariance(current: Baseline, healthy: OrderLines) -> np.ndarray:
-    """Return the covariance of the machine's unknowns and the probes' gains after the healthy lines."""
-    slopes = stacked(current.slopes, healthy.parts)
-    factor = max(ERROR_FACTORS, key=lambda one: _whitened(current, healthy, one)[2])
-    moved = np.linalg.solve(_lines_covariance(current, healthy, factor), slopes.T)
-    return np.linalg.inv(slopes @ moved + np.diag(current.prior**-2))
-
-
-def _whitened(current: Baseline, healthy: OrderLines, factor: float) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return the Cholesky factor of the lines' covariance, the whitened residual, and the logarithm of its density.
-
-    The machine's own unknowns and the gains are integrated out, about the calibrated machine.
-    """
-    parts = healthy.parts
-    slopes = stacked(current.slopes, parts)
-    left = stacked(healthy.amplitudes - current.lines, parts) - current.prior_mean @ slopes
-    covariance = _lines_covariance(current, healthy, factor) + (slopes.T * current.prior**2) @ slopes
-    lower = np.linalg.cholesky(covariance)
-    white = lower_solved(lower, left)
-    return lower, white, -0.5 * float(white @ white) - float(np.log(np.diag(lower)).sum())
-
-
-def _lines_covariance(current: Baseline, healthy: OrderLines, factor: float) -> np.ndarray:
-    """Return the covariance of noise and model error, the usual one times a factor."""
-    error = factor * model_error(current.lines)
-    return noise_covariance(healthy) + error_covariance(healthy.conditions, error, healthy.parts)
-
-
-def _evidence(current: Baseline, healthy: OrderLines) -> float:
-    """Return the logarithm of the evidence of the healthy lines, up to a constant."""
-    return max(_whitened(current, healthy, factor)[2] for factor in ERROR_FACTORS)
-
-
 def _gains(current: Baseline, healthy: OrderLines, terms: Sequence[Term]) -> np.ndarray:
     """Return by how much each term raises the logarithm of the evidence, shape (terms,)."""
     if not terms:
@@ -269,17 +236,10 @@ def _gains(current: Baseline, healthy: OrderLines, terms: Sequence[Term]) -> np.
     slopes = [stacked(term.slopes, healthy.parts).T for term in terms]
     plain, with_term = [], []
     for factor in ERROR_FACTORS:
-        lower, white, density = _whitened(current, healthy, factor)
+        lower, white, density = whitened(current, healthy, factor)
         plain.append(density)
-        with_term.append([density + _gain(lower_solved(lower, own), white) for own in slopes])
+        with_term.append([density + raised(lower_solved(lower, own), white) for own in slopes])
     return np.max(with_term, axis=0) - max(plain)
-
-
-def _gain(moved: np.ndarray, white: np.ndarray) -> float:
-    """Return by how much whitened directions (lines, directions) of unit variance raise the logarithm of a density."""
-    more = np.eye(moved.shape[1]) + moved.T @ moved
-    along = moved.T @ white
-    return 0.5 * float(along @ np.linalg.solve(more, along)) - 0.5 * float(np.linalg.slogdet(more)[1])
 
 
 def _missed(current: Baseline, healthy: OrderLines) -> float:

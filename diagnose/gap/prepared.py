@@ -11,6 +11,7 @@ from ...simulators.machine import Machine
 from .baseline import ERROR_LENGTH_SPEED, Baseline, ModelError, again, model_error
 from .calibration import calibrated, residual_error
 from .evidence import Problem
+from .form_error import form_errors, with_form_errors
 from .lines import OrderLines
 from .model_form import Extended, extended
 from .predict import Predictor
@@ -120,18 +121,20 @@ def put_together(
     """
     held_out = _held_out(measured)
     fitted = tuple(i for i in range(len(measured.conditions)) if i not in held_out)
-    pulse_rad, form = 0.0, None
+    pulse_rad, form, errors = 0.0, None, ((), 0.0)
     if healthy and healthy_predictor:
-        at_calibration, pulse_rad = calibrated_with_pulse(machine, healthy, healthy_predictor, tell=tell)
+        placed = calibrated_with_pulse(machine, healthy, healthy_predictor, tell=tell)
+        at_calibration, pulse_rad = placed.at_healthy, placed.pulse_rad
+        measured, healthy = turned(measured, pulse_rad), turned(healthy, pulse_rad)
         if not as_given:
             highest = max(one.speed_rpm for one in (*measured.conditions, *healthy.conditions))
-            own = turned(healthy, pulse_rad)
-            form = extended(machine, at_calibration, own, healthy_predictor, reference_rpm=highest, tell=tell)
+            form = extended(placed, healthy, healthy_predictor, reference_rpm=highest, tell=tell)
             at_calibration = form.at_healthy
-        measured, healthy = turned(measured, pulse_rad), turned(healthy, pulse_rad)
+            errors = form_errors(at_calibration, healthy, healthy_predictor, reference_rpm=highest)
     else:
         at_calibration = calibrated(machine, measured.select(fitted), predictor.select(fitted), tell=tell)
-    baseline = again(at_calibration, at_calibration.machine, predictor)
+    baseline = with_form_errors(again(at_calibration, at_calibration.machine, predictor), *errors, predictor)
+    at_calibration = with_form_errors(at_calibration, *errors, healthy_predictor or predictor)
     error = residual_error(at_calibration, healthy) if healthy else model_error(at_calibration.lines)
     length = error.length if isinstance(error, ModelError) else ERROR_LENGTH_SPEED
     probes = machine.bare_assembly().probes

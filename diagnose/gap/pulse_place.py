@@ -3,41 +3,70 @@
 A pulse at another angle than the model's zero turns the phase of order k by k times that angle, at every probe and in
 every condition, healthy or not. The healthy recordings tell the angle where the machine itself makes lines with a phase
 (its residual unbalance, gravity, its coupling); without such lines, or without healthy recordings, it is taken to be 0.
+Three guesses compete by the evidence of the healthy lines once calibrated: no turn; the turn by which the machine as
+given agrees best; and that turn at which the lines are likeliest wherever the machine's own unbalance points.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...simulators.machine import Machine
-from .baseline import Baseline, model_error
-from .calibration import calibrated, objective
+from .baseline import Baseline, start
+from .calibration import calibrated
 from .coordinates import Coordinate
-from .lines import OrderLines
+from .healthy_evidence import ERROR_FACTORS, density, evidence, factored
+from .lines import OrderLines, stacked
 from .predict import Predictor
+from .unbalance_direction import OwnUnbalance, own_unbalance
+from .whitening import lower_solved
 
-#: Angles that are tried round the shaft.
-ANGLES = np.linspace(-np.pi, np.pi, 720, endpoint=False)
+#: Angles that are tried round the shaft, and those about the best of them.
+ANGLES = np.linspace(-np.pi, np.pi, 180, endpoint=False)
+NEARER = np.radians(np.linspace(-2, 2, 41))
+#: A turn that the calibration may have hidden in the machine's parameters.
+NEAR = np.radians(np.linspace(-45, 45, 181))
 #: By which share the machine as given may miss its lines: a line weighs no more than its square allows.
 MISSED = 0.3
 #: The turned lines must agree better by so much before anything is computed, and after the calibration by so much in
-#: the logarithm of the posterior: an angle out of a full turn has to be paid for.
+#: the logarithm of the evidence: an angle out of a full turn has to be paid for.
 CLEARLY, LEAST_GAIN = 20.0, 10.0
 ROUNDS = 3
 
 
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A calibrated machine and where the pulse sits on its shaft.
+
+    Attributes
+    ----------
+    machine : Machine
+        As given, but for the direction of its own unbalance.
+    free : tuple of Coordinate
+        What of it has become uncertain: that direction, or nothing.
+    at_healthy : Baseline
+        Calibrated.
+    pulse_rad : float
+        Angle by which the machine has turned when the pulse comes.
+    evidence : float
+        Logarithm, of the healthy lines.
+    """
+
+    machine: Machine
+    free: tuple[Coordinate, ...]
+    at_healthy: Baseline
+    pulse_rad: float
+    evidence: float
+
+
 def calibrated_with_pulse(
-    machine: Machine,
-    healthy: OrderLines,
-    predictor: Predictor,
-    added: Sequence[Coordinate] = (),
-    *,
-    tell: Callable[[str], None] = lambda _: None,
-) -> tuple[Baseline, float]:
-    """Return the calibrated machine and the angle (rad) by which it has turned when the pulse comes.
+    machine: Machine, healthy: OrderLines, predictor: Predictor, *, tell: Callable[[str], None] = lambda _: None
+) -> Placed:
+    """Return the machine calibrated on its healthy lines, and the pulse's place on its shaft.
 
     Parameters
     ----------
@@ -45,24 +74,41 @@ def calibrated_with_pulse(
     healthy : OrderLines
     predictor : Predictor
         For the healthy conditions.
-    added : sequence of Coordinate
-        Of effects that the machine is given with.
     """
-    plain = calibrated(machine, healthy, predictor, added, tell=tell)
+
+    def at(pulse_rad: float, where: Machine = machine, free: tuple[Coordinate, ...] = ()) -> Placed:
+        here = turned(healthy, pulse_rad)
+        found = calibrated(where, here, predictor, free, tell=tell)
+        return Placed(where, free, found, pulse_rad, evidence(found, here))
+
+    best = at(0.0)
     given = predictor.amplitudes(machine)
     angle = _best_angle(healthy, given)
-    if _agreement(healthy, given, np.array([angle, 0.0])) @ [1, -1] < CLEARLY:
-        return plain, 0.0
-    best, kept = _power(plain, healthy), (plain, 0.0)
-    for _ in range(ROUNDS):
+    for _ in range(ROUNDS if _agreement(healthy, given, np.array([angle, 0.0])) @ [1, -1] >= CLEARLY else 0):
         tell(f"calibration with the pulse at {np.degrees(angle):.0f} deg")
-        here = turned(healthy, angle)
-        found = calibrated(machine, here, predictor, added, tell=tell)
-        if _power(found, here) > best - LEAST_GAIN * (kept[1] == 0.0):
+        other = at(angle)
+        if not _is_better(other, best):
             break
-        best, kept = _power(found, here), (found, angle)
-        angle = _best_angle(healthy, found.lines)
-    return kept
+        best, angle = other, _best_angle(healthy, other.at_healthy.lines)
+    own = own_unbalance(machine, predictor)
+    if own is not None:
+        where, angle = _jointly(machine, own, healthy, predictor)
+        tell(f"calibration with the pulse at {np.degrees(angle):.0f} deg, unbalance pointing elsewhere")
+        other = at(angle, where, () if own.angle.prior is not None else (own.coordinate,))
+        best = other if other.evidence > best.evidence + LEAST_GAIN else best
+    for _ in range(ROUNDS):
+        further = _further(best, healthy)
+        if not further:
+            break
+        other = at(math.remainder(best.pulse_rad + further, 2 * math.pi), best.machine, best.free)
+        if not _is_better(other, best):
+            break
+        best = other
+    return best
+
+
+def _is_better(other: Placed, best: Placed) -> bool:
+    return other.evidence > best.evidence + (LEAST_GAIN if best.pulse_rad == 0.0 else 0.0)
 
 
 def turned(lines: OrderLines, angle_rad: float) -> OrderLines:
@@ -70,13 +116,19 @@ def turned(lines: OrderLines, angle_rad: float) -> OrderLines:
 
     Conditions that are not tied to the shaft's angle stay as they are.
     """
-    factor = np.exp(-1j * lines.phase_orders * angle_rad)
+    return replace(lines, amplitudes=_turned(lines, np.array([angle_rad]))[0])
+
+
+def _turned(lines: OrderLines, angles: np.ndarray) -> np.ndarray:
+    """Return the amplitudes turned by each of some angles, shape (angles, conditions, probes, orders)."""
+    factor = np.exp(-1j * np.multiply.outer(angles, lines.phase_orders))[:, None, None, :]
     tied = np.array([one.tied for one in lines.conditions])[:, None, None]
-    return replace(lines, amplitudes=lines.amplitudes * np.where(tied, factor, 1.0))
+    return lines.amplitudes * np.where(tied, factor, 1.0)
 
 
 def _best_angle(lines: OrderLines, expected: np.ndarray) -> float:
-    return float(ANGLES[np.argmax(_agreement(lines, expected, ANGLES))])
+    rough = ANGLES[np.argmax(_agreement(lines, expected, ANGLES))] + NEARER
+    return float(rough[np.argmax(_agreement(lines, expected, rough))])
 
 
 def _agreement(lines: OrderLines, expected: np.ndarray, angles: np.ndarray) -> np.ndarray:
@@ -89,5 +141,59 @@ def _agreement(lines: OrderLines, expected: np.ndarray, angles: np.ndarray) -> n
     return np.real(np.exp(-1j * np.outer(angles, lines.phase_orders)) @ product)
 
 
-def _power(current: Baseline, healthy: OrderLines) -> float:
-    return objective(current, healthy, model_error(current.lines))
+def _jointly(machine: Machine, own: OwnUnbalance, healthy: OrderLines, predictor: Predictor) -> tuple[Machine, float]:
+    """Return the machine with its unbalance where it points likeliest, and the pulse's angle then."""
+    angle, where = 0.0, machine
+    for _ in range(ROUNDS):
+        part = own_unbalance(where, predictor)
+        if part is None:
+            break
+        # With the own unbalance free in size and direction: its two components are slopes like any other.
+        current = start(where, predictor)
+        loose = replace(
+            current,
+            lines=current.lines - part.lines,
+            slopes=np.concatenate([current.slopes, [part.lines, part.across]]),
+            prior=np.append(current.prior, [1.0, 1.0]),
+            prior_mean=np.append(current.prior_mean, [0.0, 0.0]),
+        )
+        angle = _likeliest(loose, healthy, ANGLES)[0]
+        angle, x, y = _likeliest(loose, healthy, angle + NEARER)
+        where = part.turned_in(where, math.atan2(y, x))
+    return where, math.remainder(angle, 2 * math.pi)
+
+
+def _likeliest(current: Baseline, healthy: OrderLines, angles: np.ndarray) -> tuple[float, float, float]:
+    """Return the angle at which the turned lines are likeliest, and where the last two unknowns are then."""
+    best, found = -math.inf, (0.0, 0.0, 0.0)
+    pair = stacked(current.slopes[-2:], healthy.parts)
+    for lower, white in _whitened_turned(current, healthy, angles):
+        each = np.array([density(lower, one) for one in white])
+        if each.max() > best:
+            best, chosen = each.max(), int(np.argmax(each))
+            x, y = current.prior[-2:] ** 2 * (lower_solved(lower, pair.T).T @ white[chosen])
+            found = (float(angles[chosen]), float(x), float(y))
+    return found
+
+
+def _further(best: Placed, healthy: OrderLines) -> float:
+    """Return the turn near where the pulse is placed that makes the lines clearly likelier, else 0."""
+    angles = NEAR + best.pulse_rad
+    middle = NEAR.size // 2
+    curves = [
+        np.array([density(lower, one) for one in white])
+        for lower, white in _whitened_turned(best.at_healthy, healthy, angles)
+    ]
+    curve = max(curves, key=lambda one: float(one.max()))
+    return float(NEAR[np.argmax(curve)]) if curve.max() > curve[middle] + LEAST_GAIN else 0.0
+
+
+def _whitened_turned(current: Baseline, healthy: OrderLines, angles: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return for each size of the model error the covariance's factor and the whitened residuals, (angles, reals)."""
+    expected = current.lines + np.tensordot(current.prior_mean, current.slopes, 1)
+    left = stacked(_turned(healthy, angles) - expected, healthy.parts)
+    found = []
+    for factor in ERROR_FACTORS:
+        lower = factored(current, healthy, factor)
+        found.append((lower, lower_solved(lower, left.T).T))
+    return found

@@ -67,15 +67,16 @@ def test_a_calibration_gets_on_where_the_model_is_wrong(seed):
 def test_the_pulse_s_place_on_the_shaft_is_found(angle_rad):
     predictor, machine = _predictor("amb_rotor"), find_machine("amb_rotor")
     healthy = _healthy(predictor, seed=2, **OFF)
-    found, angle = calibrated_with_pulse(machine, turned(healthy, -angle_rad), predictor)
-    assert angle == pytest.approx(angle_rad, abs=0.05)
+    placed = calibrated_with_pulse(machine, turned(healthy, -angle_rad), predictor)
+    found = placed.at_healthy
+    assert placed.pulse_rad == pytest.approx(angle_rad, abs=0.05)
     straight = calibrated(machine, healthy, predictor)
     assert np.abs(found.lines - straight.lines).max() < 0.01 * np.abs(straight.lines).max()
 
 
 def test_a_pulse_at_the_model_s_zero_stays_there():
     predictor, machine = _predictor("amb_rotor"), find_machine("amb_rotor")
-    assert calibrated_with_pulse(machine, _healthy(predictor, seed=3, **OFF), predictor)[1] == 0.0
+    assert calibrated_with_pulse(machine, _healthy(predictor, seed=3, **OFF), predictor).pulse_rad == 0.0
 
 
 def test_lines_without_phase_and_untied_conditions_do_not_turn():

@@ -8,10 +8,12 @@ from rotorwise.datasets.recording import Campaign
 from rotorwise.diagnose.gap.calibration import calibrated
 from rotorwise.diagnose.gap.explain import explain_gap
 from rotorwise.diagnose.gap.extended_file import OF_HEALTHY, extended_text
+from rotorwise.diagnose.gap.healthy_evidence import evidence
 from rotorwise.diagnose.gap.json_form import as_json
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
 from rotorwise.diagnose.gap.model_form import SIGMAS_OF_90, Extended, extended, form_of
 from rotorwise.diagnose.gap.predict import Predictor
+from rotorwise.diagnose.gap.pulse_place import Placed
 from rotorwise.diagnose.gap.trials.ranges import find_range
 from rotorwise.diagnose.gap.trials.wrong_form import with_wrong_form
 from rotorwise.simulators import amb_rotor
@@ -46,7 +48,8 @@ def _lines(machine: Machine, *, seed: int) -> tuple[OrderLines, Predictor]:
 
 def _extended(healthy: OrderLines, predictor: Predictor) -> Extended:
     found = calibrated(amb_rotor, healthy, predictor)
-    return extended(amb_rotor, found, healthy, predictor, reference_rpm=TOP_RPM)
+    placed = Placed(amb_rotor, (), found, 0.0, evidence(found, healthy))
+    return extended(placed, healthy, predictor, reference_rpm=TOP_RPM)
 
 
 def _hidden(power_law: dict[tuple[str, str, float], float]) -> list[EmpiricalStiffness]:

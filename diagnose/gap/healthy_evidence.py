@@ -1,0 +1,60 @@
+"""How probable healthy lines are about a calibrated machine, its unknowns and the probes' gains integrated out.
+
+By how much the model is wrong beside them is taken as likely as it can be.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .baseline import Baseline, error_covariance, model_error, noise_covariance
+from .lines import OrderLines, stacked
+from .whitening import lower_solved
+
+#: Factors of the usual model error of which the likeliest counts.
+ERROR_FACTORS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
+
+
+def lines_covariance(current: Baseline, healthy: OrderLines, factor: float) -> np.ndarray:
+    """Return the covariance of noise and model error, the usual one times a factor."""
+    error = factor * model_error(current.lines)
+    return noise_covariance(healthy) + error_covariance(healthy.conditions, error, healthy.parts)
+
+
+def factored(current: Baseline, healthy: OrderLines, factor: float) -> np.ndarray:
+    """Return the Cholesky factor of the lines' covariance about the machine, of all that is uncertain."""
+    slopes = stacked(current.slopes, healthy.parts)
+    return np.linalg.cholesky(lines_covariance(current, healthy, factor) + (slopes.T * current.prior**2) @ slopes)
+
+
+def whitened(current: Baseline, healthy: OrderLines, factor: float) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return the factor of `factored`, the whitened residual, and the logarithm of its density up to a constant."""
+    lower = factored(current, healthy, factor)
+    left = healthy.amplitudes - current.lines - np.tensordot(current.prior_mean, current.slopes, 1)
+    white = lower_solved(lower, stacked(left, healthy.parts))
+    return lower, white, density(lower, white)
+
+
+def density(lower: np.ndarray, white: np.ndarray) -> float:
+    """Return the logarithm of the density of a whitened residual, up to a constant."""
+    return -0.5 * float(white @ white) - float(np.log(np.diag(lower)).sum())
+
+
+def evidence(current: Baseline, healthy: OrderLines) -> float:
+    """Return the logarithm of the evidence of the healthy lines, up to a constant."""
+    return max(whitened(current, healthy, factor)[2] for factor in ERROR_FACTORS)
+
+
+def unknowns_covariance(current: Baseline, healthy: OrderLines) -> np.ndarray:
+    """Return the covariance of the machine's unknowns and the probes' gains after the healthy lines."""
+    slopes = stacked(current.slopes, healthy.parts)
+    factor = max(ERROR_FACTORS, key=lambda one: whitened(current, healthy, one)[2])
+    moved = np.linalg.solve(lines_covariance(current, healthy, factor), slopes.T)
+    return np.linalg.inv(slopes @ moved + np.diag(current.prior**-2))
+
+
+def raised(moved: np.ndarray, white: np.ndarray) -> float:
+    """Return by how much whitened directions (lines, directions) of unit variance raise the logarithm of a density."""
+    more = np.eye(moved.shape[1]) + moved.T @ moved
+    along = moved.T @ white
+    return 0.5 * float(along @ np.linalg.solve(more, along)) - 0.5 * float(np.linalg.slogdet(more)[1])
