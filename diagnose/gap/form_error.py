@@ -7,13 +7,16 @@ strength, where that makes the healthy lines clearly likelier than errors that a
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from .baseline import Baseline, widened_by
-from .healthy_evidence import evidence
+from ...simulators.effect import Effect
+from .baseline import Baseline, machine_at, widened_by
+from .healthy_evidence import evidence, most_probable
 from .lacking_terms import Term, lacking_terms, slopes_in
 from .lines import OrderLines
-from .predict import Predictor
+from .predict import Predictor, UnpredictableError
 
 #: Strengths that are tried, in standard deviations of a lacking term (each moves some probe's lines by 30 %).
 STRENGTHS = tuple(np.geomspace(0.003, 1.0, 8))
@@ -23,10 +26,47 @@ LEAST_RISE = 5.0
 LEAST_CONDITIONS = 3
 
 
+@dataclass(frozen=True, eq=False)
+class FormErrors:
+    """Terms whose shapes the model's errors have.
+
+    Attributes
+    ----------
+    terms : tuple of Term
+    strength : float
+        Standard deviation of each of their strengths, in its own.
+    change : ndarray (unknowns,)
+        What the healthy lines make likeliest: of the machine's unknowns and the gains, then of the terms.
+    """
+
+    terms: tuple[Term, ...]
+    strength: float
+    change: np.ndarray
+
+    def joined_to(self, current: Baseline, predictor: Predictor) -> Baseline:
+        """Return the machine, in the predictor's conditions, with these errors among its unknowns.
+
+        One more is by how much the likeliest change of all moves the lines otherwise than its slopes say.
+
+        Raises
+        ------
+        UnpredictableError
+            When the changed machine cannot be computed.
+        """
+        shapes = np.concatenate(slopes_in(self.terms, current, predictor))
+        own, count = len(current.coordinates), len(current.prior)
+        moved = machine_at(current.machine, current.coordinates, current.position + self.change[:own])
+        moved = moved.with_effects(*_at(self.terms, self.strength * self.change[count:]))
+        straight = np.tensordot(self.change[:own], current.slopes[:own], 1)
+        straight = straight + np.tensordot(self.strength * self.change[count:], shapes, 1)
+        bent = predictor.amplitudes(moved) - current.lines - straight
+        return widened_by(current, np.concatenate([self.strength * shapes, bent[None]]))
+
+
 def form_errors(
     current: Baseline, healthy: OrderLines, predictor: Predictor, *, reference_rpm: float
-) -> tuple[tuple[Term, ...], float]:
-    """Return the terms whose shapes the model's errors have, and their strength; none where that explains no more.
+) -> FormErrors | None:
+    """Return the terms whose shapes the model's errors have; None where that explains no more.
 
     Parameters
     ----------
@@ -39,20 +79,23 @@ def form_errors(
         Highest speed of all recordings.
     """
     if not predictor.repeats(current.machine) or len(healthy.conditions) < LEAST_CONDITIONS:
-        return (), 0.0
+        return None
     terms = tuple(lacking_terms(current, predictor, reference_rpm=reference_rpm))
     if not terms:
-        return (), 0.0
+        return None
     shapes = np.concatenate([term.slopes for term in terms])
-    rises = [evidence(widened_by(current, one * shapes), healthy) for one in STRENGTHS]
-    best = int(np.argmax(rises))
-    if rises[best] < evidence(current, healthy) + LEAST_RISE:
-        return (), 0.0
-    return terms, float(STRENGTHS[best])
+    best = max(STRENGTHS, key=lambda one: evidence(widened_by(current, one * shapes), healthy))
+    found = FormErrors(terms, float(best), most_probable(widened_by(current, best * shapes), healthy))
+    try:
+        joined = found.joined_to(current, predictor)
+    except UnpredictableError:
+        return None
+    return found if evidence(joined, healthy) > evidence(current, healthy) + LEAST_RISE else None
 
 
-def with_form_errors(current: Baseline, terms: tuple[Term, ...], strength: float, predictor: Predictor) -> Baseline:
-    """Return the machine, in the predictor's conditions, with these errors among its unknowns."""
-    if not terms:
-        return current
-    return widened_by(current, strength * np.concatenate(slopes_in(terms, current, predictor)))
+def _at(terms: tuple[Term, ...], values: np.ndarray) -> list[Effect]:
+    """Return the terms' effects with their strengths at values in standard deviations, (strengths of all,)."""
+    found, left = [], iter(values)
+    for term in terms:
+        found.append(term.effect.with_values(**{name: float(next(left)) * term.deviation for name in term.strengths}))
+    return found

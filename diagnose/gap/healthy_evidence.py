@@ -45,16 +45,22 @@ def evidence(current: Baseline, healthy: OrderLines) -> float:
     return max(whitened(current, healthy, factor)[2] for factor in ERROR_FACTORS)
 
 
+def most_probable(current: Baseline, healthy: OrderLines) -> np.ndarray:
+    """Return the most probable change of the machine's unknowns and the probes' gains, by their slopes."""
+    slopes, moved = _weighted(current, healthy)
+    left = stacked(healthy.amplitudes - current.lines, healthy.parts)
+    precision = current.prior**-2
+    return np.linalg.solve(slopes @ moved + np.diag(precision), moved.T @ left + precision * current.prior_mean)
+
+
 def unknowns_covariance(current: Baseline, healthy: OrderLines) -> np.ndarray:
     """Return the covariance of the machine's unknowns and the probes' gains after the healthy lines."""
-    slopes = stacked(current.slopes, healthy.parts)
-    factor = max(ERROR_FACTORS, key=lambda one: whitened(current, healthy, one)[2])
-    moved = np.linalg.solve(lines_covariance(current, healthy, factor), slopes.T)
+    slopes, moved = _weighted(current, healthy)
     return np.linalg.inv(slopes @ moved + np.diag(current.prior**-2))
 
 
-def raised(moved: np.ndarray, white: np.ndarray) -> float:
-    """Return by how much whitened directions (lines, directions) of unit variance raise the logarithm of a density."""
-    more = np.eye(moved.shape[1]) + moved.T @ moved
-    along = moved.T @ white
-    return 0.5 * float(along @ np.linalg.solve(more, along)) - 0.5 * float(np.linalg.slogdet(more)[1])
+def _weighted(current: Baseline, healthy: OrderLines) -> tuple[np.ndarray, np.ndarray]:
+    """Return the stacked slopes (unknowns, reals), and divided by the lines' likeliest covariance (reals, unknowns)."""
+    slopes = stacked(current.slopes, healthy.parts)
+    factor = max(ERROR_FACTORS, key=lambda one: whitened(current, healthy, one)[2])
+    return slopes, np.linalg.solve(lines_covariance(current, healthy, factor), slopes.T)

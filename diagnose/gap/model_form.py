@@ -1,10 +1,10 @@
 """What the model of a healthy machine lacks, told by healthy recordings before anything is diagnosed.
 
 A machine whose model is wrong in form misses its healthy lines whatever its parameters are, and every fault is then
-looked for in the wrong machine. Terms (`lacking_terms.py`) join the machine one after the other where they raise the
-evidence of the healthy lines enough, and are uncertain from then on like the machine's own parameters; those that later
-ones make needless leave again. By how much the model is wrong beside them is taken as likely as it can be, so that a
-form which no term makes is no reason to add terms.
+looked for in the wrong machine. All terms (`lacking_terms.py`) that the healthy lines ask for together
+(`likely_terms.py`) join the machine, and are uncertain from then on like its own parameters; those that the evidence
+does not need once all are calibrated leave again. By how much the model is wrong beside them is taken as likely as it
+can be, so that a form which no term makes is no reason to add terms.
 """
 
 from __future__ import annotations
@@ -20,21 +20,23 @@ from ...simulators.machine import Machine
 from .baseline import Baseline
 from .calibration import calibrated
 from .coordinates import Coordinate
-from .healthy_evidence import ERROR_FACTORS, evidence, raised, unknowns_covariance, whitened
+from .healthy_evidence import evidence, unknowns_covariance
 from .lacking_terms import TURNING, Term, lacking_terms
-from .lines import OrderLines, stacked
+from .likely_terms import likely_terms
+from .lines import OrderLines
 from .predict import Predictor
 from .pulse_place import Placed
 from .result import Estimate, LackingTerm, ModelForm
 from .stable import is_stable
-from .whitening import lower_solved
 
 #: Healthy conditions needed: what grows with the speed shows at three or more.
 LEAST_CONDITIONS = 3
-#: Terms at most, and by how much each must raise the logarithm of the evidence, beside that of how many were tried.
-MOST_TERMS, LEAST_GAIN = 8, 5.0
+#: Rounds in which terms are chosen, and by how much each of them must raise the logarithm of the evidence.
+ROUNDS, LEAST_GAIN = 3, 5.0
+#: Of the terms that are not needed, one in so many leaves at once.
+AT_ONCE = 3
 #: What every machine has, only not how much: unbalance of each rotor, run-out of each coupling; and how much likelier
-#: that is than a given change of a support.
+#: that is than a given change of a support, which must raise the evidence by so much more.
 USUAL, ODDS = frozenset(effect.NAME for effect, _, _ in TURNING), 20.0
 #: Terms are kept where all of them together leave at most this share of what was missed.
 MUCH_LESS = 0.7
@@ -93,21 +95,19 @@ def extended(
     start = state = _State(placed.machine, (), found, placed.free)
     speeds = sorted({*(one.speed_rpm for one in healthy.conditions), reference_rpm})
     able = predictor.repeats(placed.machine) and len(healthy.conditions) >= LEAST_CONDITIONS
-    for count in range(MOST_TERMS if able else 0):
-        tell(f"what the model lacks when healthy, term {count + 1}")
-        terms = lacking_terms(state.current, predictor, reference_rpm=reference_rpm)
-        further = _grown(state, terms, healthy, predictor, speeds)
-        if further is None or evidence(further.current, healthy) < evidence(state.current, healthy) + LEAST_GAIN:
+    for count in range(ROUNDS if able else 0):
+        tell(f"what the model lacks when healthy, round {count + 1}")
+        further = likely_terms(
+            state.current, healthy, lacking_terms(state.current, predictor, reference_rpm=reference_rpm)
+        )
+        if not further:
             break
-        state = further
-    while state.terms and (weakest := _not_needed(state, healthy)) is not None:
-        kept = tuple(term for i, term in enumerate(state.terms) if i != weakest)
-        state = state.changed(kept, healthy, predictor)
-    if len(state.terms) > 1:
-        again = state.changed(state.terms, healthy, predictor, afresh=True)
-        state = max((state, again), key=lambda one: one.evidence(healthy))
-    if state.terms and not state.runs(speeds):
-        state = start
+        # What slopes promise is not what is there; parameters that made up for it first go back to where they were.
+        grown = state.changed((*state.terms, *further), healthy, predictor, afresh=not state.terms)
+        grown = _pruned(grown, healthy, predictor, speeds)
+        if evidence(grown.current, healthy) < evidence(state.current, healthy) + LEAST_GAIN:
+            break
+        state = grown
     before = _missed(found, healthy)
     if _missed(state.current, healthy) > MUCH_LESS * before:
         # What the evidence asks for there are small lines; what is missed is something else.
@@ -136,11 +136,6 @@ class _State:
         first = len(self.machine.effects)
         coordinates = tuple(c for i, term in enumerate(self.terms) for c in term.coordinates(first + i))
         return self.machine.with_effects(*(term.effect for term in self.terms)), coordinates
-
-    def evidence(self, healthy: OrderLines) -> float:
-        """Return the logarithm of the evidence, with what is likely of any machine, up to a constant."""
-        usual = sum(term.effect.NAME in USUAL for term in self.terms)
-        return evidence(self.current, healthy) + usual * math.log(ODDS)
 
     def runs(self, speeds_rpm: Sequence[float]) -> bool:
         """Return whether the calibrated machine is stable, or was not so as given."""
@@ -174,39 +169,32 @@ class _State:
         return replace(there, current=calibrated(machine, healthy, predictor, (*self.free, *coordinates), begin=begin))
 
 
-def _grown(
-    state: _State, terms: Sequence[Term], healthy: OrderLines, predictor: Predictor, speeds_rpm: Sequence[float]
-) -> _State | None:
-    """Return the state with the best further term; None where none promises enough or none leaves it stable."""
-    tried = _worth_trying(_gains(state.current, healthy, terms), terms)
-    # What slopes promise is not what is there: each is calibrated, the first one from the machine as given.
-    grown = [state.changed((*state.terms, one), healthy, predictor, afresh=not state.terms) for one in tried]
-    return max((one for one in grown if one.runs(speeds_rpm)), key=lambda one: one.evidence(healthy), default=None)
+def _pruned(state: _State, healthy: OrderLines, predictor: Predictor, speeds_rpm: Sequence[float]) -> _State:
+    """Return the state without the terms that the evidence does not need, nor those that leave it unstable."""
+    while state.terms:
+        needed = np.array(_needed(state, healthy))
+        if needed.min() >= LEAST_GAIN and state.runs(speeds_rpm):
+            break
+        # Not all at once: of two alike, one may be needed.
+        leaving = max(1, int((needed < LEAST_GAIN).sum()) // AT_ONCE)
+        kept = np.sort(np.argsort(needed)[leaving:])
+        state = state.changed(tuple(state.terms[i] for i in kept), healthy, predictor)
+    return state
 
 
-def _worth_trying(gains: np.ndarray, terms: Sequence[Term]) -> list[Term]:
-    """Return the best term of those that every machine has, and of the others, where they promise enough."""
-    usual = np.array([term.effect.NAME in USUAL for term in terms], dtype=bool)
-    found = []
-    for kind in (usual, ~usual):
-        best = int(np.argmax(np.where(kind, gains, -math.inf))) if kind.any() else None
-        if best is not None and gains[best] >= LEAST_GAIN + math.log(len(terms)):
-            found.append(terms[best])
-    return found
-
-
-def _not_needed(state: _State, healthy: OrderLines) -> int | None:
-    """Return the number of the term that the evidence needs least, None where it needs all.
+def _needed(state: _State, healthy: OrderLines) -> list[float]:
+    """Return by how much each term raises the logarithm of the evidence, less what is unlikely of it beforehand.
 
     By the densities of its strength at zero before and after the healthy lines (J. M. Dickey, Annals of Mathematical
     Statistics 42 (1971) 204).
     """
     covariance = unknowns_covariance(state.current, healthy)
     needed = []
-    for part in state.parts:
+    for term, part in zip(state.terms, state.parts, strict=True):
         position, own = state.current.position[part], covariance[part, part]
-        needed.append(0.5 * float(position @ np.linalg.solve(own, position)) + 0.5 * np.linalg.slogdet(own)[1])
-    return int(np.argmin(needed)) if min(needed) < LEAST_GAIN else None
+        rise = 0.5 * float(position @ np.linalg.solve(own, position)) + 0.5 * float(np.linalg.slogdet(own)[1])
+        needed.append(rise - (0.0 if term.effect.NAME in USUAL else math.log(ODDS)))
+    return needed
 
 
 def form_of(found: Extended) -> ModelForm:
@@ -227,19 +215,6 @@ def form_of(found: Extended) -> ModelForm:
         power, reference = law.get("speed_exponent", 0.0), law.get("reference_speed_rpm", 0.0)
         terms.append(LackingTerm(effect.NAME, effect.at, name, power, reference, value))
     return ModelForm(tuple(terms), found.missed_before, found.missed)
-
-
-def _gains(current: Baseline, healthy: OrderLines, terms: Sequence[Term]) -> np.ndarray:
-    """Return by how much each term raises the logarithm of the evidence, shape (terms,)."""
-    if not terms:
-        return np.zeros(0)
-    slopes = [stacked(term.slopes, healthy.parts).T for term in terms]
-    plain, with_term = [], []
-    for factor in ERROR_FACTORS:
-        lower, white, density = whitened(current, healthy, factor)
-        plain.append(density)
-        with_term.append([density + raised(lower_solved(lower, own), white) for own in slopes])
-    return np.max(with_term, axis=0) - max(plain)
 
 
 def _missed(current: Baseline, healthy: OrderLines) -> float:

@@ -11,11 +11,11 @@ from ...simulators.machine import Machine
 from .baseline import ERROR_LENGTH_SPEED, Baseline, ModelError, again, model_error
 from .calibration import calibrated, residual_error
 from .evidence import Problem
-from .form_error import form_errors, with_form_errors
+from .healthy_machine import healthy_machine
 from .lines import OrderLines
-from .model_form import Extended, extended
+from .model_form import Extended
 from .predict import Predictor
-from .pulse_place import calibrated_with_pulse, turned
+from .pulse_place import turned
 from .struck_rhythm import Spectrum
 from .transfer_error import TransferError, learnt, none_of
 
@@ -121,20 +121,20 @@ def put_together(
     """
     held_out = _held_out(measured)
     fitted = tuple(i for i in range(len(measured.conditions)) if i not in held_out)
-    pulse_rad, form, errors = 0.0, None, ((), 0.0)
+    found = None
     if healthy and healthy_predictor:
-        placed = calibrated_with_pulse(machine, healthy, healthy_predictor, tell=tell)
-        at_calibration, pulse_rad = placed.at_healthy, placed.pulse_rad
-        measured, healthy = turned(measured, pulse_rad), turned(healthy, pulse_rad)
-        if not as_given:
-            highest = max(one.speed_rpm for one in (*measured.conditions, *healthy.conditions))
-            form = extended(placed, healthy, healthy_predictor, reference_rpm=highest, tell=tell)
-            at_calibration = form.at_healthy
-            errors = form_errors(at_calibration, healthy, healthy_predictor, reference_rpm=highest)
+        highest = max(one.speed_rpm for one in (*measured.conditions, *healthy.conditions))
+        found = healthy_machine(
+            machine, healthy, healthy_predictor, reference_rpm=highest, as_given=as_given, tell=tell
+        )
+        measured, healthy = turned(measured, found.pulse_rad), turned(healthy, found.pulse_rad)
+        at_calibration = found.at_healthy
     else:
         at_calibration = calibrated(machine, measured.select(fitted), predictor.select(fitted), tell=tell)
-    baseline = with_form_errors(again(at_calibration, at_calibration.machine, predictor), *errors, predictor)
-    at_calibration = with_form_errors(at_calibration, *errors, healthy_predictor or predictor)
+    baseline = again(at_calibration, at_calibration.machine, predictor)
+    if found and found.errors and healthy_predictor:
+        baseline = found.errors.joined_to(baseline, predictor)
+        at_calibration = found.errors.joined_to(at_calibration, healthy_predictor)
     error = residual_error(at_calibration, healthy) if healthy else model_error(at_calibration.lines)
     length = error.length if isinstance(error, ModelError) else ERROR_LENGTH_SPEED
     probes = machine.bare_assembly().probes
@@ -149,8 +149,8 @@ def put_together(
         at_healthy=at_calibration if healthy else None,
         error=error,
         transfer=learnt(at_calibration, healthy, probes, length=length) if healthy else none_of(measured),
-        pulse_rad=pulse_rad,
-        form=form,
+        pulse_rad=found.pulse_rad if found else 0.0,
+        form=found.form if found else None,
     )
 
 

@@ -63,10 +63,12 @@ class Placed:
     evidence: float
 
 
-def calibrated_with_pulse(
+def placings(
     machine: Machine, healthy: OrderLines, predictor: Predictor, *, tell: Callable[[str], None] = lambda _: None
-) -> Placed:
-    """Return the machine calibrated on its healthy lines, and the pulse's place on its shaft.
+) -> list[Placed]:
+    """Return the machine calibrated on its healthy lines with the pulse at its zero, and where else it may sit.
+
+    Others only where the healthy lines are clearly likelier then. What the model lacks may take that back.
 
     Parameters
     ----------
@@ -75,39 +77,48 @@ def calibrated_with_pulse(
     predictor : Predictor
         For the healthy conditions.
     """
-
-    def at(pulse_rad: float, where: Machine = machine, free: tuple[Coordinate, ...] = ()) -> Placed:
-        here = turned(healthy, pulse_rad)
-        found = calibrated(where, here, predictor, free, tell=tell)
-        return Placed(where, free, found, pulse_rad, evidence(found, here))
-
-    best = at(0.0)
-    given = predictor.amplitudes(machine)
+    plain = placed_at(0.0, machine, (), healthy, predictor, tell=tell)
+    found, given = [plain], predictor.amplitudes(machine)
     angle = _best_angle(healthy, given)
-    for _ in range(ROUNDS if _agreement(healthy, given, np.array([angle, 0.0])) @ [1, -1] >= CLEARLY else 0):
-        tell(f"calibration with the pulse at {np.degrees(angle):.0f} deg")
-        other = at(angle)
-        if not _is_better(other, best):
-            break
-        best, angle = other, _best_angle(healthy, other.at_healthy.lines)
+    if _agreement(healthy, given, np.array([angle, 0.0])) @ [1, -1] >= CLEARLY:
+        best = plain
+        for _ in range(ROUNDS):
+            other = placed_at(angle, machine, (), healthy, predictor, tell=tell)
+            if not is_better(other, best):
+                break
+            best, angle = other, _best_angle(healthy, other.at_healthy.lines)
+        found += [best] if best is not plain else []
     own = own_unbalance(machine, predictor)
     if own is not None:
         where, angle = _jointly(machine, own, healthy, predictor)
-        tell(f"calibration with the pulse at {np.degrees(angle):.0f} deg, unbalance pointing elsewhere")
-        other = at(angle, where, () if own.angle.prior is not None else (own.coordinate,))
-        best = other if other.evidence > best.evidence + LEAST_GAIN else best
-    for _ in range(ROUNDS):
-        further = _further(best, healthy)
-        if not further:
-            break
-        other = at(math.remainder(best.pulse_rad + further, 2 * math.pi), best.machine, best.free)
-        if not _is_better(other, best):
-            break
-        best = other
-    return best
+        free = () if own.angle.prior is not None else (own.coordinate,)
+        other = placed_at(angle, where, free, healthy, predictor, tell=tell)
+        found += [other] if other.evidence > max(one.evidence for one in found) + LEAST_GAIN else []
+    return found
 
 
-def _is_better(other: Placed, best: Placed) -> bool:
+def placed_at(
+    pulse_rad: float,
+    machine: Machine,
+    free: tuple[Coordinate, ...],
+    healthy: OrderLines,
+    predictor: Predictor,
+    *,
+    tell: Callable[[str], None] = lambda _: None,
+) -> Placed:
+    """Return a machine, with what is uncertain of it although no prior says so, calibrated with the pulse at an angle.
+
+    ``healthy`` are the lines as observed.
+    """
+    if pulse_rad:
+        tell(f"calibration with the pulse at {np.degrees(pulse_rad):.0f} deg")
+    here = turned(healthy, pulse_rad)
+    found = calibrated(machine, here, predictor, free, tell=tell)
+    return Placed(machine, free, found, pulse_rad, evidence(found, here))
+
+
+def is_better(other: Placed, best: Placed) -> bool:
+    """Return whether another place is likelier; leaving the machine's zero has to be paid for."""
     return other.evidence > best.evidence + (LEAST_GAIN if best.pulse_rad == 0.0 else 0.0)
 
 
@@ -176,16 +187,16 @@ def _likeliest(current: Baseline, healthy: OrderLines, angles: np.ndarray) -> tu
     return found
 
 
-def _further(best: Placed, healthy: OrderLines) -> float:
-    """Return the turn near where the pulse is placed that makes the lines clearly likelier, else 0."""
-    angles = NEAR + best.pulse_rad
-    middle = NEAR.size // 2
+def turn_nearby(current: Baseline, healthy: OrderLines) -> float:
+    """Return the turn (rad, up to 45 degrees) that makes the lines clearly likelier about a calibrated machine, else 0.
+
+    A small turn may have hidden in the machine's parameters: these are free here.
+    """
     curves = [
-        np.array([density(lower, one) for one in white])
-        for lower, white in _whitened_turned(best.at_healthy, healthy, angles)
+        np.array([density(lower, one) for one in white]) for lower, white in _whitened_turned(current, healthy, NEAR)
     ]
     curve = max(curves, key=lambda one: float(one.max()))
-    return float(NEAR[np.argmax(curve)]) if curve.max() > curve[middle] + LEAST_GAIN else 0.0
+    return float(NEAR[np.argmax(curve)]) if curve.max() > curve[NEAR.size // 2] + LEAST_GAIN else 0.0
 
 
 def _whitened_turned(current: Baseline, healthy: OrderLines, angles: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:

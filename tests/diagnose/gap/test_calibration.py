@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from rotorwise.diagnose.gap.baseline import Baseline, error_covariance, linearised, model_error, start
 from rotorwise.diagnose.gap.calibration import calibrated, left_variance, objective, residual_error
+from rotorwise.diagnose.gap.healthy_machine import healthy_machine
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
 from rotorwise.diagnose.gap.predict import Predictor
-from rotorwise.diagnose.gap.pulse_place import calibrated_with_pulse, turned
+from rotorwise.diagnose.gap.pulse_place import turned
 from rotorwise.simulators.machine import find_machine
 
 ORDERS = (1.0, 2.0, 3.0)
@@ -63,11 +64,11 @@ def test_a_calibration_gets_on_where_the_model_is_wrong(seed):
     assert objective(found, healthy, error) < 0.02 * objective(given, healthy, error)
 
 
-@pytest.mark.parametrize("angle_rad", [2.3, -1.0])
+@pytest.mark.parametrize("angle_rad", [2.3, -1.0, 0.12])
 def test_the_pulse_s_place_on_the_shaft_is_found(angle_rad):
     predictor, machine = _predictor("amb_rotor"), find_machine("amb_rotor")
     healthy = _healthy(predictor, seed=2, **OFF)
-    placed = calibrated_with_pulse(machine, turned(healthy, -angle_rad), predictor)
+    placed = healthy_machine(machine, turned(healthy, -angle_rad), predictor, reference_rpm=SPEEDS_RPM[-1])
     found = placed.at_healthy
     assert placed.pulse_rad == pytest.approx(angle_rad, abs=0.05)
     straight = calibrated(machine, healthy, predictor)
@@ -76,7 +77,10 @@ def test_the_pulse_s_place_on_the_shaft_is_found(angle_rad):
 
 def test_a_pulse_at_the_model_s_zero_stays_there():
     predictor, machine = _predictor("amb_rotor"), find_machine("amb_rotor")
-    assert calibrated_with_pulse(machine, _healthy(predictor, seed=3, **OFF), predictor).pulse_rad == 0.0
+    assert (
+        healthy_machine(machine, _healthy(predictor, seed=3, **OFF), predictor, reference_rpm=SPEEDS_RPM[-1]).pulse_rad
+        == 0.0
+    )
 
 
 def test_lines_without_phase_and_untied_conditions_do_not_turn():

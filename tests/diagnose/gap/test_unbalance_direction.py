@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from rotorwise.diagnose.gap.healthy_machine import healthy_machine
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
 from rotorwise.diagnose.gap.predict import Predictor
-from rotorwise.diagnose.gap.pulse_place import calibrated_with_pulse, turned
+from rotorwise.diagnose.gap.pulse_place import turned
 from rotorwise.diagnose.gap.unbalance_direction import own_unbalance
 from rotorwise.simulators import amb_rotor, gearbox, rigid_coupling, test_rig
 from rotorwise.simulators.machine import Machine
@@ -54,9 +55,11 @@ def test_the_pulse_and_the_unbalance_s_direction_are_told_apart(own_rad: float, 
     lines, generator = predictor.amplitudes(real), np.random.default_rng(7)
     noise = NOISE_M * (generator.normal(size=lines.shape) + 1j * generator.normal(size=lines.shape))
     healthy = OrderLines(predictor.conditions, predictor.probes, ORDERS, lines + noise, np.full(lines.shape, NOISE_M))
-    found = calibrated_with_pulse(amb_rotor, turned(healthy, -pulse_rad), predictor)
+    found = healthy_machine(amb_rotor, turned(healthy, -pulse_rad), predictor, reference_rpm=SPEEDS_RPM[-1])
     assert found.pulse_rad == pytest.approx(pulse_rad, abs=0.03)
     assert found.at_healthy.machine.values["unbalance_angle_rad"] == pytest.approx(own_rad, abs=0.03)
-    # Only what has been turned is uncertain from then on.
-    assert bool(found.free) == (own_rad != 0.0)
-    assert len(found.at_healthy.coordinates) == len(found.at_healthy.position)
+    # Only what has been turned is uncertain from then on, and nothing has been added to make up for it.
+    uncertain = [one.parameter.name for one in found.at_healthy.coordinates]
+    assert ("unbalance_angle_rad" in uncertain) == (own_rad != 0.0)
+    assert found.form is not None
+    assert not found.form.added

@@ -1,0 +1,96 @@
+"""The machine as its healthy recordings show it: calibrated, the pulse placed, what the model lacks added."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from ...simulators.machine import Machine
+from .baseline import Baseline
+from .form_error import FormErrors, form_errors
+from .healthy_evidence import evidence
+from .lines import OrderLines
+from .model_form import Extended, extended
+from .predict import Predictor
+from .pulse_place import LEAST_GAIN, Placed, is_better, placed_at, placings, turn_nearby, turned
+
+#: How often a place of the pulse is looked for once more when what the model lacks has been added.
+ROUNDS = 2
+#: What the model lacks does not make up for so much in the logarithm of the evidence.
+FAR = 100.0
+
+
+@dataclass(frozen=True, eq=False)
+class HealthyMachine:
+    """What healthy recordings say of a machine.
+
+    Attributes
+    ----------
+    at_healthy : Baseline
+        Calibrated.
+    pulse_rad : float
+        Angle by which the machine has turned when the tacho's pulse comes.
+    form : Extended or None
+        What the model lacks; None where that was not looked for.
+    errors : FormErrors or None
+        What it lacks besides, by its shape.
+    """
+
+    at_healthy: Baseline
+    pulse_rad: float
+    form: Extended | None
+    errors: FormErrors | None
+
+
+def healthy_machine(
+    machine: Machine,
+    healthy: OrderLines,
+    predictor: Predictor,
+    *,
+    reference_rpm: float,
+    as_given: bool = False,
+    tell: Callable[[str], None] = lambda _: None,
+) -> HealthyMachine:
+    """Return the machine as its healthy lines show it.
+
+    Parameters
+    ----------
+    machine : Machine
+    healthy : OrderLines
+        As observed.
+    predictor : Predictor
+        For their conditions.
+    reference_rpm : float
+        Highest speed of all recordings.
+    as_given : bool
+        Do not add what the model lacks.
+    """
+
+    def grown(placed: Placed) -> tuple[Placed, Extended | None]:
+        if as_given:
+            return placed, None
+        here = turned(healthy, placed.pulse_rad)
+        form = extended(placed, here, predictor, reference_rpm=reference_rpm, tell=tell)
+        return replace(placed, at_healthy=form.at_healthy, evidence=evidence(form.at_healthy, here)), form
+
+    # Each further guess has to be clearly likelier than those with less freedom; what is far behind stays there.
+    guesses = placings(machine, healthy, predictor, tell=tell)
+    near = max(one.evidence for one in guesses) - FAR
+    best, *others = (grown(one) for one in guesses if one.evidence > near)
+    for other in others:
+        best = other if other[0].evidence > best[0].evidence + LEAST_GAIN else best
+    for _ in range(ROUNDS):
+        placed = best[0]
+        turn = turn_nearby(placed.at_healthy, turned(healthy, placed.pulse_rad))
+        if not turn:
+            break
+        angle = math.remainder(placed.pulse_rad + turn, 2 * math.pi)
+        other = grown(placed_at(angle, placed.machine, placed.free, healthy, predictor, tell=tell))
+        if not is_better(other[0], placed):
+            break
+        best = other
+    placed, form = best
+    here = turned(healthy, placed.pulse_rad)
+    errors = None if as_given else form_errors(placed.at_healthy, here, predictor, reference_rpm=reference_rpm)
+    return HealthyMachine(placed.at_healthy, placed.pulse_rad, form, errors)
