@@ -13,11 +13,13 @@ import numpy as np
 
 from ...simulators.machine import Machine
 from .baseline import (
+    GAIN_DEVIATION,
     REFERENCE_RPM,
     Baseline,
     ModelError,
     again,
     error_covariance,
+    gain_slopes,
     model_error,
     noise_covariance,
     shifted,
@@ -105,7 +107,7 @@ def _slope(current: Baseline, lines: OrderLines, error: np.ndarray) -> tuple[np.
     """Return minus the gradient of the objective in the machine's coordinates, and its curvature."""
     own = current.position.size
     slopes = stacked(current.slopes[:own], lines.parts)
-    weighted = np.linalg.solve(_covariance(current, lines, error), slopes.T)
+    weighted = np.linalg.solve(_covariance(lines, error), slopes.T)
     precision = current.prior[:own] ** -2
     left = stacked(lines.amplitudes - current.lines, lines.parts)
     return weighted.T @ left + precision * current.prior_mean[:own], slopes @ weighted + np.diag(precision)
@@ -116,17 +118,17 @@ def objective(current: Baseline, lines: OrderLines, error: np.ndarray) -> float:
     left = stacked(lines.amplitudes - current.lines, lines.parts)
     own = len(current.coordinates)
     outside = current.prior_mean[:own] / current.prior[:own]
-    return 0.5 * float(left @ np.linalg.solve(_covariance(current, lines, error), left)) + 0.5 * float(
-        outside @ outside
-    )
+    return 0.5 * float(left @ np.linalg.solve(_covariance(lines, error), left)) + 0.5 * float(outside @ outside)
 
 
-def _covariance(current: Baseline, lines: OrderLines, error: np.ndarray) -> np.ndarray:
-    """Return the covariance of the stacked lines about the machine's: noise, model error and the probes' gains."""
-    own = len(current.coordinates)
-    gains = stacked(current.slopes[own:], lines.parts)
-    covariance = noise_covariance(lines) + error_covariance(lines.conditions, error, lines.parts)
-    return covariance + (gains.T * current.prior[own:] ** 2) @ gains
+def _covariance(lines: OrderLines, error: np.ndarray) -> np.ndarray:
+    """Return the covariance of the stacked lines about the machine's: noise, model error and the probes' gains.
+
+    Gains are a share of what was measured, so that it stays the same wherever the machine moves: of what the model
+    makes they would be larger where that is too much, and a step towards less would seem to lose.
+    """
+    gains = GAIN_DEVIATION * stacked(gain_slopes(lines.amplitudes, lines.conditions, lines.reference), lines.parts)
+    return noise_covariance(lines) + error_covariance(lines.conditions, error, lines.parts) + gains.T @ gains
 
 
 def residual_error(current: Baseline, healthy: OrderLines) -> ModelError:

@@ -82,7 +82,8 @@ def healthy_machine(
         best = other if other[0].evidence > best[0].evidence + LEAST_GAIN else best
     for _ in range(ROUNDS):
         placed = best[0]
-        turn = turn_nearby(placed.at_healthy, turned(healthy, placed.pulse_rad))
+        here = turned(healthy, placed.pulse_rad)
+        turn = turn_nearby(placed.at_healthy, here, predictor, reference_rpm=reference_rpm)
         if not turn:
             break
         angle = math.remainder(placed.pulse_rad + turn, 2 * math.pi)

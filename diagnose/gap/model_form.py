@@ -21,8 +21,8 @@ from .baseline import Baseline
 from .calibration import calibrated
 from .coordinates import Coordinate
 from .healthy_evidence import evidence, unknowns_covariance
-from .lacking_terms import TURNING, Term, lacking_terms
-from .likely_terms import likely_terms
+from .lacking_terms import Term, lacking_terms
+from .likely_terms import LEAST_GAIN, USUAL, likely_terms, needed_terms, price_of
 from .lines import OrderLines
 from .predict import Predictor
 from .pulse_place import Placed
@@ -31,14 +31,9 @@ from .stable import is_stable
 
 #: Healthy conditions needed: what grows with the speed shows at three or more.
 LEAST_CONDITIONS = 3
-#: Rounds in which terms are chosen, and by how much each of them must raise the logarithm of the evidence.
-ROUNDS, LEAST_GAIN = 3, 5.0
-#: Of the terms that are not needed, one in so many leaves at once.
-AT_ONCE = 3
-#: What every machine has, only not how much: unbalance of each rotor, run-out of each coupling; and how much likelier
-#: that is than a given change of a support, which must raise the evidence by so much more.
-USUAL, ODDS = frozenset(effect.NAME for effect, _, _ in TURNING), 20.0
-#: Terms are kept where all of them together leave at most this share of what was missed.
+#: Rounds in which terms are chosen.
+ROUNDS = 3
+#: Changes of supports are kept where all terms together leave at most this share of what was missed.
 MUCH_LESS = 0.7
 #: Standard deviations of half of a 90 % interval.
 SIGMAS_OF_90 = 1.6449
@@ -110,8 +105,10 @@ def extended(
         state = grown
     before = _missed(found, healthy)
     if _missed(state.current, healthy) > MUCH_LESS * before:
-        # What the evidence asks for there are small lines; what is missed is something else.
-        state = start
+        # What the evidence asks for there are small lines; what is missed is something else. Unbalance and forces that
+        # turn with the shaft do not change how the machine answers, and stay.
+        usual = tuple(term for term in state.terms if term.effect.NAME in USUAL)
+        state = start if not usual else state.changed(usual, healthy, predictor)
     return Extended(
         machine=state.with_terms()[0],
         added=state.with_terms()[1],
@@ -172,29 +169,29 @@ class _State:
 def _pruned(state: _State, healthy: OrderLines, predictor: Predictor, speeds_rpm: Sequence[float]) -> _State:
     """Return the state without the terms that the evidence does not need, nor those that leave it unstable."""
     while state.terms:
-        needed = np.array(_needed(state, healthy))
-        if needed.min() >= LEAST_GAIN and state.runs(speeds_rpm):
+        kept = needed_terms(state.current, healthy, state.terms, state.parts)
+        runs = state.runs(speeds_rpm)
+        if len(kept) == len(state.terms):
+            if runs:
+                break
+            kept = _without_weakest(state, healthy)
+        fewer = state.changed(tuple(kept), healthy, predictor)
+        # What slopes say of a term, its calibration need not bear out.
+        price = sum(price_of(term) for term in state.terms if term not in kept)
+        if runs and evidence(fewer.current, healthy) < evidence(state.current, healthy) - price:
             break
-        # Not all at once: of two alike, one may be needed.
-        leaving = max(1, int((needed < LEAST_GAIN).sum()) // AT_ONCE)
-        kept = np.sort(np.argsort(needed)[leaving:])
-        state = state.changed(tuple(state.terms[i] for i in kept), healthy, predictor)
+        state = fewer
     return state
 
 
-def _needed(state: _State, healthy: OrderLines) -> list[float]:
-    """Return by how much each term raises the logarithm of the evidence, less what is unlikely of it beforehand.
-
-    By the densities of its strength at zero before and after the healthy lines (J. M. Dickey, Annals of Mathematical
-    Statistics 42 (1971) 204).
-    """
+def _without_weakest(state: _State, healthy: OrderLines) -> list[Term]:
+    """Return the terms but for that whose strength is known least, by its share of what is uncertain of it."""
     covariance = unknowns_covariance(state.current, healthy)
-    needed = []
-    for term, part in zip(state.terms, state.parts, strict=True):
-        position, own = state.current.position[part], covariance[part, part]
-        rise = 0.5 * float(position @ np.linalg.solve(own, position)) + 0.5 * float(np.linalg.slogdet(own)[1])
-        needed.append(rise - (0.0 if term.effect.NAME in USUAL else math.log(ODDS)))
-    return needed
+    size = []
+    for part in state.parts:
+        position = state.current.position[part]
+        size.append(float(position @ np.linalg.solve(covariance[part, part], position)))
+    return [term for i, term in enumerate(state.terms) if i != int(np.argmin(size))]
 
 
 def form_of(found: Extended) -> ModelForm:

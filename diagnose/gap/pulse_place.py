@@ -16,10 +16,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...simulators.machine import Machine
-from .baseline import Baseline, start
+from .baseline import Baseline, start, widened_by
 from .calibration import calibrated
 from .coordinates import Coordinate
 from .healthy_evidence import ERROR_FACTORS, density, evidence, factored
+from .lacking_terms import lacking_terms
+from .likely_terms import USUAL
 from .lines import OrderLines, stacked
 from .predict import Predictor
 from .unbalance_direction import OwnUnbalance, own_unbalance
@@ -187,13 +189,16 @@ def _likeliest(current: Baseline, healthy: OrderLines, angles: np.ndarray) -> tu
     return found
 
 
-def turn_nearby(current: Baseline, healthy: OrderLines) -> float:
+def turn_nearby(current: Baseline, healthy: OrderLines, predictor: Predictor, *, reference_rpm: float) -> float:
     """Return the turn (rad, up to 45 degrees) that makes the lines clearly likelier about a calibrated machine, else 0.
 
-    A small turn may have hidden in the machine's parameters: these are free here.
+    A small turn may have hidden in the machine's parameters, or in the unbalance of its rotors: these are free here.
     """
+    terms = lacking_terms(current, predictor, reference_rpm=reference_rpm)
+    turning = [term.slopes for term in terms if term.effect.NAME in USUAL]
+    loose = widened_by(current, np.concatenate(turning)) if turning else current
     curves = [
-        np.array([density(lower, one) for one in white]) for lower, white in _whitened_turned(current, healthy, NEAR)
+        np.array([density(lower, one) for one in white]) for lower, white in _whitened_turned(loose, healthy, NEAR)
     ]
     curve = max(curves, key=lambda one: float(one.max()))
     return float(NEAR[np.argmax(curve)]) if curve.max() > curve[NEAR.size // 2] + LEAST_GAIN else 0.0
