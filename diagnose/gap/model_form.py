@@ -185,12 +185,16 @@ def _pruned(state: _State, healthy: OrderLines, predictor: Predictor, speeds_rpm
 
 
 def _without_weakest(state: _State, healthy: OrderLines) -> list[Term]:
-    """Return the terms but for that whose strength is known least, by its share of what is uncertain of it."""
+    """Return the terms but for that change of a support which is known least, as a share of what is uncertain of it.
+
+    Unbalance and forces that turn with the shaft leave no machine unstable.
+    """
     covariance = unknowns_covariance(state.current, healthy)
     size = []
-    for part in state.parts:
+    for term, part in zip(state.terms, state.parts, strict=True):
         position = state.current.position[part]
-        size.append(float(position @ np.linalg.solve(covariance[part, part], position)))
+        told = float(position @ np.linalg.solve(covariance[part, part], position))
+        size.append(math.inf if term.effect.NAME in USUAL else told)
     return [term for i, term in enumerate(state.terms) if i != int(np.argmin(size))]
 
 
