@@ -25,6 +25,7 @@ from .baseline import (
     shifted,
     start,
 )
+from .boxed_step import boxed_step
 from .coordinates import Coordinate
 from .error_smoothness import length_of
 from .lines import OrderLines, stacked
@@ -93,9 +94,7 @@ def _step(
     inner = curvature[np.ix_(active, active)]
     for _ in range(MOST_TRIES if active.size else 0):
         move = np.zeros(current.position.size)
-        move[active] = np.linalg.solve(inner + damping * np.diag(np.diag(inner)), gradient[active])
-        # Scaled as a whole: a step cut coordinate by coordinate points elsewhere, perhaps uphill.
-        move *= min(1.0, LONGEST / max(float(np.abs(move).max()), 1e-300))
+        move[active] = boxed_step(inner + damping * np.diag(np.diag(inner)), gradient[active], LONGEST)
         trial = shifted(current, machine, move, predictor)
         if objective(trial, healthy, error) < here:
             return trial, damping / HARDER

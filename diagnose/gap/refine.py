@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ...simulators.machine import Machine
+from .boxed_step import boxed_step
 from .coordinates import Coordinate, log_prior, values_at
 from .evidence import (
     STRENGTH_TOLERANCE,
@@ -321,9 +322,7 @@ def _climb(
         moved = False
         for _ in range(TRIES_IN_TIME if in_time else TRIES):
             scaled = curvature + damping * np.diag(np.diag(curvature) + 1e-9)
-            move = np.linalg.solve(scaled, gradient)
-            move *= min(1.0, LONGEST_MOVE / max(float(np.abs(move).max()), 1e-300))
-            trial = position + move
+            trial = position + boxed_step(scaled, gradient, LONGEST_MOVE)
             try:
                 response.prepare([trial], near=position)
                 there = response(trial)
