@@ -179,7 +179,7 @@ def linearised(
         given=given,
         active=active,
         lines=lines,
-        slopes=np.concatenate([slopes, gain_slopes(lines, predictor.conditions, predictor.reference)]),
+        slopes=np.concatenate([slopes, _gain_slopes(lines, predictor.conditions, predictor.reference)]),
         prior=np.array(prior),
         prior_mean=np.concatenate([given - position, np.zeros(2 * probes)]),
         drift=np.array(
@@ -220,7 +220,7 @@ def shifted(baseline: Baseline, machine: Machine, change: np.ndarray, predictor:
         position=position,
         lines=lines,
         slopes=np.concatenate(
-            [baseline.slopes[:own], gain_slopes(lines, predictor.conditions, predictor.reference), baseline.further]
+            [baseline.slopes[:own], _gain_slopes(lines, predictor.conditions, predictor.reference), baseline.further]
         ),
         prior_mean=np.concatenate([baseline.given - position, baseline.prior_mean[own:]]),
     )
@@ -235,7 +235,7 @@ def again(baseline: Baseline, machine: Machine, predictor: Predictor) -> Baselin
     return linearised(machine, *own, predictor, baseline.further)
 
 
-def gain_slopes(lines: np.ndarray, conditions: Sequence[Condition], reference: Sequence[int]) -> np.ndarray:
+def _gain_slopes(lines: np.ndarray, conditions: Sequence[Condition], reference: Sequence[int]) -> np.ndarray:
     """Return what the gains of the probes move, real and imaginary part of each, shape (2 x probes, conditions, ...).
 
     Of lines (conditions, probes, orders) in some conditions; ``reference`` as in OrderLines.

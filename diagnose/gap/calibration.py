@@ -13,13 +13,11 @@ import numpy as np
 
 from ...simulators.machine import Machine
 from .baseline import (
-    GAIN_DEVIATION,
     REFERENCE_RPM,
     Baseline,
     ModelError,
     again,
     error_covariance,
-    gain_slopes,
     model_error,
     noise_covariance,
     shifted,
@@ -65,16 +63,15 @@ def calibrated(
     current = start(machine, predictor, added, begin=begin, tell=tell)
     repeats = predictor.repeats(machine)
     error = model_error(current.lines)
-    best, damping = objective(current, healthy, error), DAMPING
+    damping = DAMPING
     for count in range(MOST_STEPS if repeats else MOST_STEPS_IN_TIME):
         tell(f"calibration, step {count + 1}")
-        trial, damping = _step(current, machine, healthy, predictor, error, damping)
+        trial, gained, damping = _step(current, machine, healthy, predictor, error, damping)
         if trial is None:
             break
         # Each slope of a machine that does not repeat is a simulation: the first ones have to do.
         current = again(trial, machine, predictor) if repeats else trial
-        before, best = best, objective(current, healthy, error)
-        if before - best < LEAST_GAIN:
+        if gained < LEAST_GAIN:
             break
     return current
 
@@ -86,27 +83,32 @@ def _step(
     predictor: Predictor,
     error: np.ndarray,
     damping: float,
-) -> tuple[Baseline | None, float]:
-    """Return the first step that gains anything, and the damping for the next one; None where none gains."""
-    here = objective(current, healthy, error)
-    gradient, curvature = _slope(current, healthy, error)
+) -> tuple[Baseline | None, float, float]:
+    """Return the first step that gains anything, how much, and the damping for the next one; None where none gains."""
+    # Gains are a share of what the machine makes, and stay so during the step: were they to follow each trial, one that
+    # makes more would seem better, as it may be wrong by more; were they a share of what was measured, one that makes
+    # less would (R. D. Ball et al., J. High Energy Physics 05 (2010) 075).
+    covariance = _covariance(current, healthy, error)
+    here = _objective(current, healthy, covariance)
+    gradient, curvature = _slope(current, healthy, covariance)
     active = np.flatnonzero(current.active)
     inner = curvature[np.ix_(active, active)]
     for _ in range(MOST_TRIES if active.size else 0):
         move = np.zeros(current.position.size)
         move[active] = boxed_step(inner + damping * np.diag(np.diag(inner)), gradient[active], LONGEST)
         trial = shifted(current, machine, move, predictor)
-        if objective(trial, healthy, error) < here:
-            return trial, damping / HARDER
+        gained = here - _objective(trial, healthy, covariance)
+        if gained > 0:
+            return trial, gained, damping / HARDER
         damping *= HARDER
-    return None, damping
+    return None, 0.0, damping
 
 
-def _slope(current: Baseline, lines: OrderLines, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _slope(current: Baseline, lines: OrderLines, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return minus the gradient of the objective in the machine's coordinates, and its curvature."""
     own = current.position.size
     slopes = stacked(current.slopes[:own], lines.parts)
-    weighted = np.linalg.solve(_covariance(lines, error), slopes.T)
+    weighted = np.linalg.solve(covariance, slopes.T)
     precision = current.prior[:own] ** -2
     left = stacked(lines.amplitudes - current.lines, lines.parts)
     return weighted.T @ left + precision * current.prior_mean[:own], slopes @ weighted + np.diag(precision)
@@ -114,20 +116,22 @@ def _slope(current: Baseline, lines: OrderLines, error: np.ndarray) -> tuple[np.
 
 def objective(current: Baseline, lines: OrderLines, error: np.ndarray) -> float:
     """Return minus the logarithm of the posterior at the best gains, up to a constant."""
+    return _objective(current, lines, _covariance(current, lines, error))
+
+
+def _objective(current: Baseline, lines: OrderLines, covariance: np.ndarray) -> float:
     left = stacked(lines.amplitudes - current.lines, lines.parts)
     own = len(current.coordinates)
     outside = current.prior_mean[:own] / current.prior[:own]
-    return 0.5 * float(left @ np.linalg.solve(_covariance(lines, error), left)) + 0.5 * float(outside @ outside)
+    return 0.5 * float(left @ np.linalg.solve(covariance, left)) + 0.5 * float(outside @ outside)
 
 
-def _covariance(lines: OrderLines, error: np.ndarray) -> np.ndarray:
-    """Return the covariance of the stacked lines about the machine's: noise, model error and the probes' gains.
-
-    Gains are a share of what was measured, so that it stays the same wherever the machine moves: of what the model
-    makes they would be larger where that is too much, and a step towards less would seem to lose.
-    """
-    gains = GAIN_DEVIATION * stacked(gain_slopes(lines.amplitudes, lines.conditions, lines.reference), lines.parts)
-    return noise_covariance(lines) + error_covariance(lines.conditions, error, lines.parts) + gains.T @ gains
+def _covariance(current: Baseline, lines: OrderLines, error: np.ndarray) -> np.ndarray:
+    """Return the covariance of the stacked lines about the machine's: noise, model error and the probes' gains."""
+    own = len(current.coordinates)
+    gains = stacked(current.slopes[own:], lines.parts)
+    covariance = noise_covariance(lines) + error_covariance(lines.conditions, error, lines.parts)
+    return covariance + (gains.T * current.prior[own:] ** 2) @ gains
 
 
 def residual_error(current: Baseline, healthy: OrderLines) -> ModelError:
