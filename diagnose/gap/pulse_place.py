@@ -170,22 +170,33 @@ def _jointly(machine: Machine, own: OwnUnbalance, healthy: OrderLines, predictor
             prior=np.append(current.prior, [1.0, 1.0]),
             prior_mean=np.append(current.prior_mean, [0.0, 0.0]),
         )
-        angle = _likeliest(loose, healthy, ANGLES)[0]
-        angle, x, y = _likeliest(loose, healthy, angle + NEARER)
-        where = part.turned_in(where, math.atan2(y, x))
+        straight = _likeliest(loose, healthy, np.zeros(1))
+        best = _likeliest(loose, healthy, _likeliest(loose, healthy, ANGLES).angle_rad + NEARER)
+        # Where 1X is all there is, the pulse's place and the direction are one: the pulse stays at the zero.
+        best = best if best.density > straight.density + LEAST_GAIN else straight
+        angle, where = best.angle_rad, part.turned_in(where, math.atan2(*best.components[::-1]))
     return where, math.remainder(angle, 2 * math.pi)
 
 
-def _likeliest(current: Baseline, healthy: OrderLines, angles: np.ndarray) -> tuple[float, float, float]:
-    """Return the angle at which the turned lines are likeliest, and where the last two unknowns are then."""
-    best, found = -math.inf, (0.0, 0.0, 0.0)
+@dataclass(frozen=True)
+class _Turn:
+    """A turn of the lines: the logarithm of their density, and where the last two unknowns are then."""
+
+    angle_rad: float
+    density: float
+    components: tuple[float, float]
+
+
+def _likeliest(current: Baseline, healthy: OrderLines, angles: np.ndarray) -> _Turn:
+    """Return that turn, of some, at which the lines are likeliest."""
+    found = _Turn(0.0, -math.inf, (0.0, 0.0))
     pair = stacked(current.slopes[-2:], healthy.parts)
     for lower, white in _whitened_turned(current, healthy, angles):
         each = np.array([density(lower, one) for one in white])
-        if each.max() > best:
-            best, chosen = each.max(), int(np.argmax(each))
+        chosen = int(np.argmax(each))
+        if each[chosen] > found.density:
             x, y = current.prior[-2:] ** 2 * (lower_solved(lower, pair.T).T @ white[chosen])
-            found = (float(angles[chosen]), float(x), float(y))
+            found = _Turn(float(angles[chosen]), float(each[chosen]), (float(x), float(y)))
     return found
 
 
@@ -194,7 +205,10 @@ def turn_nearby(current: Baseline, healthy: OrderLines, predictor: Predictor, *,
 
     A small turn may have hidden in the machine's parameters, or in the unbalance of its rotors: these are free here.
     """
-    terms = lacking_terms(current, predictor, reference_rpm=reference_rpm)
+    if not any(one.tied for one in healthy.conditions):
+        return 0.0
+    able = predictor.repeats(current.machine)
+    terms = lacking_terms(current, predictor, reference_rpm=reference_rpm) if able else []
     turning = [term.slopes for term in terms if term.effect.NAME in USUAL]
     loose = widened_by(current, np.concatenate(turning)) if turning else current
     curves = [

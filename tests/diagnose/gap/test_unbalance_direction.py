@@ -20,11 +20,19 @@ OFF = {"coupling_stiffness_n_m": 1.06, "coupling_rotational_stiffness_n_m_rad": 
        "shaft_diameter_m": 1.002, "shaft_length_m": 0.997}  # fmt: skip
 
 
-def _predictor(machine: Machine) -> Predictor:
+def _predictor(machine: Machine, *, tied: bool = True) -> Predictor:
     probes = tuple(p.name for p in machine.bare_assembly().probes if p.quantity in ("displacement", "acceleration"))
-    conditions, count = tuple(Condition(speed) for speed in SPEEDS_RPM), len(SPEEDS_RPM)
+    conditions, count = tuple(Condition(speed, tied=tied) for speed in SPEEDS_RPM), len(SPEEDS_RPM)
     kinds = (LineKind(),) * len(ORDERS)
     return Predictor(conditions, probes, ORDERS, (10_000.0,) * count, (20_000,) * count, kinds, (0,) * len(ORDERS))
+
+
+def _healthy(predictor: Predictor, machine: Machine, share: float = 0.0) -> OrderLines:
+    """Return its lines in noise of `NOISE_M`, or of a share of the largest line."""
+    lines, generator = predictor.amplitudes(machine), np.random.default_rng(7)
+    size = share * np.abs(lines).max() or NOISE_M
+    noise = size * (generator.normal(size=lines.shape) + 1j * generator.normal(size=lines.shape))
+    return OrderLines(predictor.conditions, predictor.probes, ORDERS, lines + noise, np.full(lines.shape, size))
 
 
 @pytest.mark.parametrize("angle_rad", [0.4, -2.0])
@@ -52,9 +60,7 @@ def test_the_pulse_and_the_unbalance_s_direction_are_told_apart(own_rad: float, 
     # The coupling's stiffness turns with the shaft and makes 2X of its own: 1X alone would not tell.
     factors = {name: factor * amb_rotor.values[name] for name, factor in OFF.items()}
     real, predictor = amb_rotor.with_parameters(unbalance_angle_rad=own_rad, **factors), _predictor(amb_rotor)
-    lines, generator = predictor.amplitudes(real), np.random.default_rng(7)
-    noise = NOISE_M * (generator.normal(size=lines.shape) + 1j * generator.normal(size=lines.shape))
-    healthy = OrderLines(predictor.conditions, predictor.probes, ORDERS, lines + noise, np.full(lines.shape, NOISE_M))
+    healthy = _healthy(predictor, real)
     found = healthy_machine(amb_rotor, turned(healthy, -pulse_rad), predictor, reference_rpm=SPEEDS_RPM[-1])
     assert found.pulse_rad == pytest.approx(pulse_rad, abs=0.03)
     assert found.at_healthy.machine.values["unbalance_angle_rad"] == pytest.approx(own_rad, abs=0.03)
@@ -63,3 +69,21 @@ def test_the_pulse_and_the_unbalance_s_direction_are_told_apart(own_rad: float, 
     assert ("unbalance_angle_rad" in uncertain) == (own_rad != 0.0)
     assert found.form is not None
     assert not found.form.added
+
+
+def test_without_a_tacho_it_is_told_by_an_unbalance_that_is_added() -> None:
+    real, predictor = amb_rotor.with_parameters(unbalance_angle_rad=1.2), _predictor(amb_rotor, tied=False)
+    found = healthy_machine(amb_rotor, _healthy(predictor, real), predictor, reference_rpm=SPEEDS_RPM[-1])
+    assert found.pulse_rad == 0.0
+    (added,) = found.at_healthy.machine.effects
+    own, size = added.values(), amb_rotor.values["unbalance_kg_m"]
+    assert own["moment_x_kg_m"] + size == pytest.approx(size * math.cos(1.2), abs=0.02 * size)
+    assert own["moment_y_kg_m"] == pytest.approx(size * math.sin(1.2), abs=0.02 * size)
+
+
+def test_where_1x_of_an_unbalance_is_all_there_is_the_pulse_stays_at_the_zero() -> None:
+    real, predictor = test_rig.with_parameters(residual_angle_rad=2.0), _predictor(test_rig)
+    found = healthy_machine(test_rig, _healthy(predictor, real, 1e-3), predictor, reference_rpm=SPEEDS_RPM[-1])
+    away = found.at_healthy.machine.values["residual_angle_rad"] + found.pulse_rad - 2.0
+    assert abs(math.remainder(away, 2 * math.pi)) < 0.05
+    assert found.pulse_rad == 0.0
