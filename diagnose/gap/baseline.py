@@ -1,9 +1,9 @@
 """The machine as the model knows it, with what is uncertain in it: its own parameters and the gains of the probes.
 
 Lines y = (1 + g) h(z) + model error + noise. z are the machine's parameters with a prior, in standard coordinates; g is
-one complex gain error a probe; the model error of each order at each probe is a random function of speed. Recordings of
-the healthy machine fix all three as far as they can (`calibration`), and what is left of the uncertainty is part of
-every later comparison.
+one complex gain error a probe; the model error of each order at each probe is a random function of speed, and may have
+the shape of what a model can lack (`form_error.py`). Recordings of the healthy machine fix all as far as they can
+(`healthy_machine.py`), and what is left of the uncertainty is part of every later comparison.
 """
 
 from __future__ import annotations

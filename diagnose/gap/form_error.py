@@ -15,15 +15,15 @@ from ...simulators.effect import Effect
 from .baseline import Baseline, machine_at, widened_by
 from .healthy_evidence import evidence, most_probable
 from .lacking_terms import Term, lacking_terms, slopes_in
-from .lines import OrderLines
+from .lines import OrderLines, different_speeds
 from .predict import Predictor, UnpredictableError
 
 #: Strengths that are tried, in standard deviations of a lacking term (each moves some probe's lines by 30 %).
 STRENGTHS = tuple(np.geomspace(0.003, 1.0, 8))
 #: By how much the logarithm of the evidence of the healthy lines must rise.
 LEAST_RISE = 5.0
-#: Healthy conditions needed: of two, any shape fits.
-LEAST_CONDITIONS = 3
+#: Healthy speeds needed: of two, any shape fits.
+LEAST_SPEEDS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class FormErrors:
     def joined_to(self, current: Baseline, predictor: Predictor) -> Baseline:
         """Return the machine, in the predictor's conditions, with these errors among its unknowns.
 
-        One more is by how much the likeliest change of all moves the lines otherwise than its slopes say.
+        A last unknown is by how much the likeliest change of all moves the lines otherwise than its slopes say.
 
         Raises
         ------
@@ -78,7 +78,7 @@ def form_errors(
     reference_rpm : float
         Highest speed of all recordings.
     """
-    if not predictor.repeats(current.machine) or len(healthy.conditions) < LEAST_CONDITIONS:
+    if not predictor.repeats(current.machine) or different_speeds(healthy.conditions) < LEAST_SPEEDS:
         return None
     terms = tuple(lacking_terms(current, predictor, reference_rpm=reference_rpm))
     if not terms:
@@ -96,6 +96,7 @@ def form_errors(
 def _at(terms: tuple[Term, ...], values: np.ndarray) -> list[Effect]:
     """Return the terms' effects with their strengths at values in standard deviations, (strengths of all,)."""
     found, left = [], iter(values)
-    for term in terms:
-        found.append(term.effect.with_values(**{name: float(next(left)) * term.deviation for name in term.strengths}))
+    for number, term in enumerate(terms):
+        at = {c.parameter.name: c.value(float(next(left))) for c in term.coordinates(number)}
+        found.append(term.effect.with_values(**at))
     return found

@@ -13,7 +13,7 @@ from .healthy_evidence import evidence
 from .lines import OrderLines
 from .model_form import Extended, extended
 from .predict import Predictor
-from .pulse_place import LEAST_GAIN, Placed, is_better, placed_at, placings, turn_nearby, turned
+from .pulse_place import PLACE_GAIN, Placed, is_better, placed_at, placings, turn_nearby, turned
 
 #: How often a place of the pulse is looked for once more when what the model lacks has been added.
 ROUNDS = 2
@@ -79,7 +79,7 @@ def healthy_machine(
     near = max(one.evidence for one in guesses) - FAR
     best, *others = (grown(one) for one in guesses if one.evidence > near)
     for other in others:
-        best = other if other[0].evidence > best[0].evidence + LEAST_GAIN else best
+        best = other if other[0].evidence > best[0].evidence + PLACE_GAIN else best
     for _ in range(ROUNDS):
         placed = best[0]
         here = turned(healthy, placed.pulse_rad)

@@ -94,8 +94,8 @@ def jointly(fit: Fit, problem: Problem, *, moves: int) -> Fit:
 def density_at_values(fit: Fit, problem: Problem) -> float:
     """Return the logarithm of the density of all lines and priors at the values of effects and machine themselves.
 
-    Nothing about the machine is integrated out but the gains of the probes, so that no slope is trusted. Up to a
-    constant.
+    Nothing about the machine is integrated out but the gains of the probes and errors of its form, so that no slope in
+    its own unknowns is trusted. Up to a constant.
     """
     own = len(problem.baseline.coordinates)
     fixed = replace(
@@ -125,7 +125,7 @@ def _density_of_healthy(problem: Problem) -> float:
 
 
 def _without_unknowns(baseline: Baseline, own: int) -> Baseline:
-    """Return the baseline with the gains of the probes, and what changes between recordings, as all that is open."""
+    """Return the baseline with gains, errors of form, and what changes between recordings, as all that is open."""
     prior, mean = baseline.prior.copy(), baseline.prior_mean.copy()
     prior[:own], mean[:own] = KNOWN, 0.0
     return replace(baseline, prior=prior, prior_mean=mean)

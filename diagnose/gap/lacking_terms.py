@@ -75,7 +75,9 @@ class Term:
         return tuple(Coordinate(replace(declared[name], prior=prior), number) for name in self.strengths)
 
 
-def lacking_terms(current: Baseline, predictor: Predictor, *, reference_rpm: float) -> list[Term]:
+def lacking_terms(
+    current: Baseline, predictor: Predictor, *, reference_rpm: float, only: frozenset[str] | None = None
+) -> list[Term]:
     """Return what can be added to a machine, but for what has been.
 
     Parameters
@@ -85,11 +87,14 @@ def lacking_terms(current: Baseline, predictor: Predictor, *, reference_rpm: flo
     predictor : Predictor
     reference_rpm : float
         From this speed on nothing grows: the highest of all recordings.
+    only : frozenset of str, optional
+        Names of the effects that are looked at.
     """
     tried = [
         (effect, strengths)
         for effect, strengths in _options(current.machine, reference_rpm)
-        if not any(_is_same(effect, strengths, other) for other in current.machine.effects)
+        if (only is None or effect.NAME in only)
+        and not any(_is_same(effect, strengths, other) for other in current.machine.effects)
     ]
     first = _changes(current, tried, [FIRST_TRY[strengths[0]] for _, strengths in tried], predictor)
     moving = [(one, size) for one, size in zip(tried, _sizes(first, current.lines), strict=True) if size > 0]

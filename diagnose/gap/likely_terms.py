@@ -22,12 +22,14 @@ from .lines import OrderLines, stacked
 from .whitening import lower_solved
 
 #: By how much a term must raise the logarithm of the evidence.
-LEAST_GAIN = 5.0
+TERM_GAIN = 5.0
 #: What every machine has, only not how much: unbalance of each rotor, run-out of each coupling; and how much likelier
 #: that is than a given change of a support, which must raise the evidence by so much more.
 USUAL, ODDS = frozenset(effect.NAME for effect, _, _ in TURNING), 20.0
 #: Variance of each strength at the start, in its own prior variances; below the last one a term is not needed.
 START, NOTHING = 0.1, 1e-3
+#: Standard deviation of a strength that is taken as known.
+KNOWN = 1e-6
 #: Steps, each of which fits the strengths and then their variances.
 STEPS = 300
 #: Range of variances.
@@ -36,7 +38,7 @@ LEAST, MOST = 1e-9, 4.0
 
 def price_of(term: Term) -> float:
     """Return by how much a term must raise the logarithm of the evidence."""
-    return LEAST_GAIN + (0.0 if term.effect.NAME in USUAL else math.log(ODDS))
+    return TERM_GAIN + (0.0 if term.effect.NAME in USUAL else math.log(ODDS))
 
 
 def likely_terms(current: Baseline, healthy: OrderLines, terms: Sequence[Term]) -> list[Term]:
@@ -61,13 +63,12 @@ def likely_terms(current: Baseline, healthy: OrderLines, terms: Sequence[Term]) 
 
 def needed_terms(current: Baseline, healthy: OrderLines, terms: Sequence[Term], parts: Sequence[slice]) -> list[Term]:
     """Return those terms of a calibrated machine that the healthy lines ask for; ``parts`` are their coordinates."""
-    own = [current.slopes[part] for part in parts]
-    without, slopes = current.lines.copy(), current.slopes.copy()
+    own, prior = [current.slopes[part] for part in parts], current.prior.copy()
     for part in parts:
-        without = without - np.tensordot(current.position[part], current.slopes[part], 1)
-        slopes[part] = 0.0
-    bare = replace(current, lines=without, slopes=slopes)
-    return [terms[i] for i in _needed(_projected(bare, healthy, own), list(range(len(terms))), terms)]
+        # Known to be where their prior has them: at nothing.
+        prior[part] = KNOWN
+    seen = _projected(replace(current, prior=prior), healthy, own)
+    return [terms[i] for i in _needed(seen, list(range(len(terms))), terms)]
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...simulators.errors import InvalidValueError
+
+#: Speeds within this factor count as one.
+ALIKE = 1.05
 
 
 @dataclass(frozen=True)
@@ -24,6 +28,12 @@ class Condition:
     def __str__(self) -> str:
         load = "" if self.load is None else f", load {self.load:g}"
         return f"{self.speed_rpm:.0f} rpm{load}"
+
+
+def different_speeds(conditions: Sequence[Condition]) -> int:
+    """Return how many speeds lie apart."""
+    speeds = sorted(one.speed_rpm for one in conditions)
+    return min(len(speeds), 1) + sum(b > ALIKE * a for a, b in itertools.pairwise(speeds))
 
 
 @dataclass(frozen=True)

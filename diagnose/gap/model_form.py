@@ -22,15 +22,15 @@ from .calibration import calibrated
 from .coordinates import Coordinate
 from .healthy_evidence import evidence, unknowns_covariance
 from .lacking_terms import Term, lacking_terms
-from .likely_terms import LEAST_GAIN, USUAL, likely_terms, needed_terms, price_of
-from .lines import OrderLines
+from .likely_terms import TERM_GAIN, USUAL, likely_terms, needed_terms, price_of
+from .lines import OrderLines, different_speeds
 from .predict import Predictor
 from .pulse_place import Placed
 from .result import Estimate, LackingTerm, ModelForm
 from .stable import is_stable
 
-#: Healthy conditions needed: what grows with the speed shows at three or more.
-LEAST_CONDITIONS = 3
+#: Healthy speeds needed: what grows with the speed shows at three or more.
+LEAST_SPEEDS = 3
 #: Rounds in which terms are chosen.
 ROUNDS = 3
 #: Changes of supports are kept where all terms together leave at most this share of what was missed.
@@ -89,7 +89,7 @@ def extended(
     found = placed.at_healthy
     start = state = _State(placed.machine, (), found, placed.free)
     speeds = sorted({*(one.speed_rpm for one in healthy.conditions), reference_rpm})
-    able = predictor.repeats(placed.machine) and len(healthy.conditions) >= LEAST_CONDITIONS
+    able = predictor.repeats(placed.machine) and different_speeds(healthy.conditions) >= LEAST_SPEEDS
     for count in range(ROUNDS if able else 0):
         tell(f"what the model lacks when healthy, round {count + 1}")
         further = likely_terms(
@@ -100,7 +100,7 @@ def extended(
         # What slopes promise is not what is there; parameters that made up for it first go back to where they were.
         grown = state.changed((*state.terms, *further), healthy, predictor, afresh=not state.terms)
         grown = _pruned(grown, healthy, predictor, speeds)
-        if evidence(grown.current, healthy) < evidence(state.current, healthy) + LEAST_GAIN:
+        if evidence(grown.current, healthy) < evidence(state.current, healthy) + TERM_GAIN:
             break
         state = grown
     before = _missed(found, healthy)
@@ -108,7 +108,9 @@ def extended(
         # What the evidence asks for there are small lines; what is missed is something else. Unbalance and forces that
         # turn with the shaft do not change how the machine answers, and stay.
         usual = tuple(term for term in state.terms if term.effect.NAME in USUAL)
-        state = start if not usual else state.changed(usual, healthy, predictor)
+        if len(usual) < len(state.terms):
+            state = _pruned(start.changed(usual, healthy, predictor), healthy, predictor, speeds)
+        state = state if evidence(state.current, healthy) >= evidence(found, healthy) + TERM_GAIN else start
     return Extended(
         machine=state.with_terms()[0],
         added=state.with_terms()[1],
@@ -172,7 +174,7 @@ def _pruned(state: _State, healthy: OrderLines, predictor: Predictor, speeds_rpm
         kept = needed_terms(state.current, healthy, state.terms, state.parts)
         runs = state.runs(speeds_rpm)
         if len(kept) == len(state.terms):
-            if runs:
+            if runs or all(term.effect.NAME in USUAL for term in state.terms):
                 break
             kept = _without_weakest(state, healthy)
         fewer = state.changed(tuple(kept), healthy, predictor)

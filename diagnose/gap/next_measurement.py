@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .lines import Condition
+from .lines import Condition, different_speeds
 from .predict import Predictor, UnpredictableError
 from .refine import Fit
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 SLOWER, FASTER, SPEEDS = 0.6, 1.25, 12
 #: A measurement that separates two hypotheses by less is not worth proposing.
 LEAST_SEPARATION = 9.0
-#: Speeds within this factor count as one; fewer than so many speeds leave causes alike.
-ALIKE, FEW_SPEEDS = 1.05, 3
+#: Fewer speeds leave causes alike.
+FEW_SPEEDS = 3
 
 
 def next_measurement(kind: str, best: Fit, rivals: Sequence[Fit], prepared: Prepared) -> str:
@@ -57,7 +57,7 @@ def _words(fit: Fit) -> str:
 def _lacking(prepared: Prepared) -> list[str]:
     """Return what these recordings lack, each with what to do about it."""
     conditions, parts = prepared.measured.conditions, []
-    speed, count = _emptiest_speed(prepared), _different_speeds(prepared)
+    speed, count = _emptiest_speed(prepared), different_speeds(prepared.measured.conditions)
     if count < FEW_SPEEDS:
         said = "One speed was recorded" if count == 1 else f"{count} speeds were recorded"
         parts.append(f"{said}, at which different causes look alike: record at {speed:.0f} rpm too.")
@@ -111,12 +111,6 @@ def _expected(fit: Fit, prepared: Prepared, predictor: Predictor) -> tuple[np.nd
 def _range(prepared: Prepared) -> tuple[float, float]:
     speeds = [c.speed_rpm for c in prepared.measured.conditions]
     return SLOWER * min(speeds), FASTER * max(speeds)
-
-
-def _different_speeds(prepared: Prepared) -> int:
-    """Return how many speeds were recorded that lie apart."""
-    speeds = sorted(c.speed_rpm for c in prepared.measured.conditions)
-    return 1 + sum(b > ALIKE * a for a, b in itertools.pairwise(speeds))
 
 
 def _emptiest_speed(prepared: Prepared) -> float:

@@ -11,10 +11,11 @@ from ...simulators.machine import Machine
 from .baseline import ERROR_LENGTH_SPEED, Baseline, ModelError, again, model_error
 from .calibration import calibrated, residual_error
 from .evidence import Problem
+from .form_error import FormErrors
 from .healthy_machine import healthy_machine
 from .lines import OrderLines
 from .model_form import Extended
-from .predict import Predictor
+from .predict import Predictor, UnpredictableError
 from .pulse_place import turned
 from .struck_rhythm import Spectrum
 from .transfer_error import TransferError, learnt, none_of
@@ -133,8 +134,7 @@ def put_together(
         at_calibration = calibrated(machine, measured.select(fitted), predictor.select(fitted), tell=tell)
     baseline = again(at_calibration, at_calibration.machine, predictor)
     if found and found.errors and healthy_predictor:
-        baseline = found.errors.joined_to(baseline, predictor)
-        at_calibration = found.errors.joined_to(at_calibration, healthy_predictor)
+        baseline, at_calibration = _doubted(found.errors, baseline, predictor, at_calibration, healthy_predictor)
     error = residual_error(at_calibration, healthy) if healthy else model_error(at_calibration.lines)
     length = error.length if isinstance(error, ModelError) else ERROR_LENGTH_SPEED
     probes = machine.bare_assembly().probes
@@ -152,6 +152,20 @@ def put_together(
         pulse_rad=found.pulse_rad if found else 0.0,
         form=found.form if found else None,
     )
+
+
+def _doubted(
+    errors: FormErrors,
+    baseline: Baseline,
+    predictor: Predictor,
+    at_healthy: Baseline,
+    healthy_predictor: Predictor,
+) -> tuple[Baseline, Baseline]:
+    """Return the machine in both sets of conditions with its errors of form; without where they cannot be computed."""
+    try:
+        return errors.joined_to(baseline, predictor), errors.joined_to(at_healthy, healthy_predictor)
+    except UnpredictableError:
+        return baseline, at_healthy
 
 
 def _held_out(measured: OrderLines) -> tuple[int, ...]:

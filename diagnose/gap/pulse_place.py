@@ -36,7 +36,7 @@ NEAR = np.radians(np.linspace(-45, 45, 181))
 MISSED = 0.3
 #: The turned lines must agree better by so much before anything is computed, and after the calibration by so much in
 #: the logarithm of the evidence: an angle out of a full turn has to be paid for.
-CLEARLY, LEAST_GAIN = 20.0, 10.0
+CLEARLY, PLACE_GAIN = 20.0, 10.0
 ROUNDS = 3
 
 
@@ -91,11 +91,11 @@ def placings(
             best, angle = other, _best_angle(healthy, other.at_healthy.lines)
         found += [best] if best is not plain else []
     own = own_unbalance(machine, predictor)
-    if own is not None:
+    if own is not None and (own.angle.prior is None or Coordinate(own.angle).is_angle):
         where, angle = _jointly(machine, own, healthy, predictor)
         free = () if own.angle.prior is not None else (own.coordinate,)
         other = placed_at(angle, where, free, healthy, predictor, tell=tell)
-        found += [other] if other.evidence > max(one.evidence for one in found) + LEAST_GAIN else []
+        found += [other] if other.evidence > max(one.evidence for one in found) + PLACE_GAIN else []
     return found
 
 
@@ -121,7 +121,7 @@ def placed_at(
 
 def is_better(other: Placed, best: Placed) -> bool:
     """Return whether another place is likelier; leaving the machine's zero has to be paid for."""
-    return other.evidence > best.evidence + (LEAST_GAIN if best.pulse_rad == 0.0 else 0.0)
+    return other.evidence > best.evidence + (PLACE_GAIN if best.pulse_rad == 0.0 else 0.0)
 
 
 def turned(lines: OrderLines, angle_rad: float) -> OrderLines:
@@ -161,19 +161,18 @@ def _jointly(machine: Machine, own: OwnUnbalance, healthy: OrderLines, predictor
         part = own_unbalance(where, predictor)
         if part is None:
             break
-        # With the own unbalance free in size and direction: its two components are slopes like any other.
+        # With the own unbalance free in size and direction, about none: its two components are slopes like any other.
         current = start(where, predictor)
         loose = replace(
             current,
-            lines=current.lines - part.lines,
             slopes=np.concatenate([current.slopes, [part.lines, part.across]]),
             prior=np.append(current.prior, [1.0, 1.0]),
-            prior_mean=np.append(current.prior_mean, [0.0, 0.0]),
+            prior_mean=np.append(current.prior_mean, [-1.0, 0.0]),
         )
         straight = _likeliest(loose, healthy, np.zeros(1))
         best = _likeliest(loose, healthy, _likeliest(loose, healthy, ANGLES).angle_rad + NEARER)
         # Where 1X is all there is, the pulse's place and the direction are one: the pulse stays at the zero.
-        best = best if best.density > straight.density + LEAST_GAIN else straight
+        best = best if best.density > straight.density + PLACE_GAIN else straight
         angle, where = best.angle_rad, part.turned_in(where, math.atan2(*best.components[::-1]))
     return where, math.remainder(angle, 2 * math.pi)
 
@@ -208,14 +207,12 @@ def turn_nearby(current: Baseline, healthy: OrderLines, predictor: Predictor, *,
     if not any(one.tied for one in healthy.conditions):
         return 0.0
     able = predictor.repeats(current.machine)
-    terms = lacking_terms(current, predictor, reference_rpm=reference_rpm) if able else []
-    turning = [term.slopes for term in terms if term.effect.NAME in USUAL]
+    terms = lacking_terms(current, predictor, reference_rpm=reference_rpm, only=USUAL) if able else []
+    turning = [term.slopes for term in terms]
     loose = widened_by(current, np.concatenate(turning)) if turning else current
-    curves = [
-        np.array([density(lower, one) for one in white]) for lower, white in _whitened_turned(loose, healthy, NEAR)
-    ]
-    curve = max(curves, key=lambda one: float(one.max()))
-    return float(NEAR[np.argmax(curve)]) if curve.max() > curve[NEAR.size // 2] + LEAST_GAIN else 0.0
+    each = _whitened_turned(loose, healthy, NEAR)
+    curve = np.max([[density(lower, one) for one in white] for lower, white in each], axis=0)
+    return float(NEAR[np.argmax(curve)]) if curve.max() > curve[NEAR.size // 2] + PLACE_GAIN else 0.0
 
 
 def _whitened_turned(current: Baseline, healthy: OrderLines, angles: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -14,7 +14,7 @@ import numpy as np
 from ...simulators.machine import Machine
 from ...simulators.parameter import Parameter, Uniform
 from .coordinates import Coordinate
-from .predict import Predictor
+from .predict import Predictor, UnpredictableError
 
 #: A part of the lines belongs to a force that an angle turns where its two components add up, to this share.
 ADDS_UP = 0.02
@@ -53,20 +53,33 @@ def own_unbalance(machine: Machine, predictor: Predictor) -> OwnUnbalance | None
     """Return the part of a machine's lines that its own unbalance makes; None where that is little or does not turn."""
     if not predictor.repeats(machine):
         return None
-    round_the_shaft = [p for p in machine.definition.parameters if p.unit == "rad" and np.ptp(p.bounds) >= 2 * math.pi]
+    angles = [p for p in machine.definition.parameters if p.unit == "rad"]
+    round_the_shaft = [p for p in angles if p.bounds[0] <= -math.pi and p.bounds[1] >= math.pi]
     found = [one for one in (_turning(machine, angle, predictor) for angle in round_the_shaft) if one is not None]
-    return max(found, key=lambda one: float((np.abs(one.lines) ** 2).sum()), default=None)
+    return max(found, key=lambda one: one[1], default=(None, 0.0))[0]
 
 
-def _turning(machine: Machine, angle: Parameter, predictor: Predictor) -> OwnUnbalance | None:
+def _turning(machine: Machine, angle: Parameter, predictor: Predictor) -> tuple[OwnUnbalance, float] | None:
+    """Return what an angle turns, and its share of the lines with phase; None if that is little or does not add up."""
     eighth, quarter, half = (
         machine.with_parameters(**{angle.name: math.remainder(machine.values[angle.name] + by, 2 * math.pi)})
         for by in (math.pi / 4, math.pi / 2, math.pi)
     )
-    predictor.prepare([machine, eighth, quarter, half])
-    here, between, beside, opposite = (predictor.amplitudes(one) for one in (machine, eighth, quarter, half))
+    try:
+        predictor.prepare([machine, eighth, quarter, half])
+        here, between, beside, opposite = (predictor.amplitudes(one) for one in (machine, eighth, quarter, half))
+    except UnpredictableError:
+        return None
     own, rest = (here - opposite) / 2, (here + opposite) / 2
     across = beside - rest
-    whole = np.linalg.norm(here[..., predictor.phase_orders > 0])
-    adds_up = np.linalg.norm(between - rest - (own + across) / math.sqrt(2)) < ADDS_UP * whole
-    return OwnUnbalance(angle, own, across) if adds_up and np.linalg.norm(own) > LEAST_SHARE * whole else None
+    with_phase = predictor.phase_orders > 0
+    # Displacements and accelerations count alike.
+    size = np.sqrt((np.abs(here[..., with_phase]) ** 2).mean(axis=(0, 2), keepdims=True)) + 1e-300
+
+    def share(lines: np.ndarray) -> float:
+        return float(
+            np.linalg.norm(lines[..., with_phase] / size) / max(np.linalg.norm(here[..., with_phase] / size), 1e-300)
+        )
+
+    adds_up = share(between - rest - (own + across) / math.sqrt(2)) < ADDS_UP
+    return (OwnUnbalance(angle, own, across), share(own)) if adds_up and share(own) > LEAST_SHARE else None

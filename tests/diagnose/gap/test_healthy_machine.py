@@ -1,0 +1,65 @@
+"""A machine from its healthy lines, few or many, right or wrong in form."""
+
+import numpy as np
+import pytest
+from rotorwise.diagnose.gap.healthy_machine import healthy_machine
+from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines, different_speeds
+from rotorwise.diagnose.gap.predict import Predictor
+from rotorwise.diagnose.gap.pulse_place import turned
+from rotorwise.simulators import amb_rotor
+from rotorwise.simulators.effects.residual_unbalance import ResidualUnbalance
+
+from .made_campaigns import altered
+
+SPEEDS_RPM, TOP_RPM = (1200.0, 1700.0, 2300.0, 2900.0, 3500.0, 4100.0), 4100.0
+ORDERS, NOISE_M = (1.0, 2.0, 3.0), 2e-8
+OFF_BALANCE = ResidualUnbalance(at="coupling_hub", moment_x_kg_m=-2e-6, moment_y_kg_m=3e-6)
+
+
+def _predictor(speeds: tuple[float, ...]) -> Predictor:
+    probes = tuple(one.name for one in amb_rotor.bare_assembly().probes)
+    conditions, count = tuple(Condition(speed) for speed in speeds), len(speeds)
+    kinds = (LineKind(),) * len(ORDERS)
+    return Predictor(conditions, probes, ORDERS, (1e4,) * count, (20_000,) * count, kinds, (0,) * len(ORDERS))
+
+
+def _noisy(lines: np.ndarray, predictor: Predictor) -> OrderLines:
+    generator = np.random.default_rng(4)
+    noise = NOISE_M * (generator.normal(size=lines.shape) + 1j * generator.normal(size=lines.shape))
+    return OrderLines(predictor.conditions, predictor.probes, ORDERS, lines + noise, np.full(lines.shape, NOISE_M))
+
+
+@pytest.mark.parametrize("speeds", [(2300.0,), (1700.0, 2900.0), (2900.0, 2905.0, 2910.0)])
+def test_at_few_speeds_nothing_is_added_and_the_pulse_is_told_all_the_same(speeds: tuple[float, ...]) -> None:
+    # Three recordings at one speed do not tell how a spring grows with it.
+    predictor = _predictor(speeds)
+    healthy = _noisy(predictor.amplitudes(altered(amb_rotor, share=0.02, seed=3)), predictor)
+    found = healthy_machine(amb_rotor, turned(healthy, -1.1), predictor, reference_rpm=TOP_RPM)
+    assert found.form is not None
+    assert not found.form.added
+    assert found.errors is None
+    assert np.isfinite(found.at_healthy.lines).all()
+    assert found.pulse_rad == pytest.approx(1.1, abs=0.1)
+
+
+def test_what_keeps_being_missed_is_no_reason_to_change_supports_but_unbalance_stays() -> None:
+    predictor = _predictor(SPEEDS_RPM)
+    lines = predictor.amplitudes(altered(amb_rotor, share=0.02, seed=3).with_effects(OFF_BALANCE))
+    generator = np.random.default_rng(8)
+    # Smooth in speed, another at each probe and order, a seventh of each line.
+    speeds = np.log(np.array(SPEEDS_RPM) / SPEEDS_RPM[0])
+    waves = generator.normal(size=(2, 4, len(ORDERS), 2)) @ np.array([1, 1j])
+    wrong = 1 + 0.1 * (waves[0] * np.cos(3 * speeds)[:, None, None] + waves[1] * np.sin(3 * speeds)[:, None, None])
+    found = healthy_machine(amb_rotor, _noisy(lines * wrong, predictor), predictor, reference_rpm=TOP_RPM)
+    assert found.form is not None
+    assert found.form.missed > 0.7 * found.form.missed_before
+    (added,) = found.at_healthy.machine.effects
+    assert (added.NAME, added.at) == ("residual_unbalance", "coupling_hub")
+    assert added.values()["moment_x_kg_m"] == pytest.approx(OFF_BALANCE.moment_x_kg_m, abs=1.5e-6)
+    assert added.values()["moment_y_kg_m"] == pytest.approx(OFF_BALANCE.moment_y_kg_m, abs=1.5e-6)
+
+
+def test_speeds_that_lie_together_count_as_one() -> None:
+    assert different_speeds([Condition(speed) for speed in (1000.0, 1010.0, 2000.0, 990.0)]) == 2
+    assert different_speeds([Condition(700.0)]) == 1
+    assert different_speeds([]) == 0
