@@ -26,6 +26,7 @@ from .baseline import (
 from .boxed_step import boxed_step
 from .coordinates import Coordinate
 from .error_smoothness import length_of
+from .healthy_evidence import fitted
 from .lines import OrderLines, stacked
 from .predict import Predictor
 
@@ -145,8 +146,8 @@ def residual_error(current: Baseline, healthy: OrderLines) -> ModelError:
     """
     speeds = np.array([one.speed_rpm for one in healthy.conditions]) / REFERENCE_RPM
     with_phase = np.array([kind.phase for kind in healthy.kinds])
-    left, noise = _left(current, healthy)
-    power = np.abs(left) ** 2 / 2
+    left, open_still, noise = _left(current, healthy)
+    power = np.abs(left) ** 2 / 2 + open_still
     shape = power.shape[1:]
     chosen, growth, least = np.zeros(shape), np.zeros(shape), np.full((shape[0], 2), np.inf)
     for exponent in GROWTHS if speeds.max() > FEW_SPEEDS * speeds.min() else GROWTHS[:1]:
@@ -171,23 +172,24 @@ def left_variance(current: Baseline, healthy: OrderLines) -> np.ndarray:
     That of the real or the imaginary part, shape (probes, orders), by maximum likelihood: each condition counts with
     its own noise, so that quiet ones tell although others are loud. The most probable unknowns and gains are used.
     """
-    left, noise = _left(current, healthy)
-    return _likeliest(np.abs(left) ** 2 / 2, noise)[0]
+    left, open_still, noise = _left(current, healthy)
+    return _likeliest(np.abs(left) ** 2 / 2 + open_still, noise)[0]
 
 
-def _left(current: Baseline, healthy: OrderLines) -> tuple[np.ndarray, np.ndarray]:
-    """Return what is left of each line, and the variance of its noise (infinite where it is not seen)."""
-    error = model_error(current.lines)
-    parts = healthy.parts
-    slopes = stacked(current.slopes, parts)
-    covariance = noise_covariance(healthy) + error_covariance(healthy.conditions, error, parts)
-    weighted = np.linalg.solve(covariance, slopes.T)
-    precision = current.prior**-2
-    right = weighted.T @ stacked(healthy.amplitudes - current.lines, parts) + precision * current.prior_mean
-    change = np.linalg.solve(slopes @ weighted + np.diag(precision), right)
+def _left(current: Baseline, healthy: OrderLines) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return what is left of each line, how uncertain the fit itself is there, and the variance of its noise.
+
+    The second is the variance of the real part, or the imaginary part, that the unknowns still have: many of them fit
+    few lines whatever is wrong, and what is left is then small although the model is not right. The last is infinite
+    where a line is not seen.
+    """
+    change, covariance = fitted(current, healthy)
     left = healthy.amplitudes - current.lines - np.tensordot(change, current.slopes, 1)
+    open_still = (
+        np.einsum("i...,i...->...", np.tensordot(covariance, current.slopes, 1), current.slopes.conj()).real / 2
+    )
     seen = healthy.seen
-    return np.where(seen, left, 0.0), np.where(seen, healthy.deviations, np.inf) ** 2
+    return np.where(seen, left, 0.0), np.where(seen, open_still, 0.0), np.where(seen, healthy.deviations, np.inf) ** 2
 
 
 def _likeliest(power: np.ndarray, noise: np.ndarray, *, within: float = 0.0) -> tuple[np.ndarray, np.ndarray]:

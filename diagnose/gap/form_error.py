@@ -13,7 +13,7 @@ import numpy as np
 
 from ...simulators.effect import Effect
 from .baseline import Baseline, machine_at, widened_by
-from .healthy_evidence import evidence, most_probable
+from .healthy_evidence import evidence, fitted
 from .lacking_terms import Term, lacking_terms, slopes_in
 from .lines import OrderLines, different_speeds
 from .predict import Predictor, UnpredictableError
@@ -85,7 +85,7 @@ def form_errors(
         return None
     shapes = np.concatenate([term.slopes for term in terms])
     best = max(STRENGTHS, key=lambda one: evidence(widened_by(current, one * shapes), healthy))
-    found = FormErrors(terms, float(best), most_probable(widened_by(current, best * shapes), healthy))
+    found = FormErrors(terms, float(best), fitted(widened_by(current, best * shapes), healthy)[0])
     try:
         joined = found.joined_to(current, predictor)
     except UnpredictableError:

@@ -45,18 +45,13 @@ def evidence(current: Baseline, healthy: OrderLines) -> float:
     return max(whitened(current, healthy, factor)[2] for factor in ERROR_FACTORS)
 
 
-def most_probable(current: Baseline, healthy: OrderLines) -> np.ndarray:
-    """Return the most probable change of the machine's unknowns and the probes' gains, by their slopes."""
+def fitted(current: Baseline, healthy: OrderLines) -> tuple[np.ndarray, np.ndarray]:
+    """Return the most probable change of the machine's unknowns and the gains, by their slopes, and its covariance."""
     slopes, moved = _weighted(current, healthy)
     left = stacked(healthy.amplitudes - current.lines, healthy.parts)
     precision = current.prior**-2
-    return np.linalg.solve(slopes @ moved + np.diag(precision), moved.T @ left + precision * current.prior_mean)
-
-
-def unknowns_covariance(current: Baseline, healthy: OrderLines) -> np.ndarray:
-    """Return the covariance of the machine's unknowns and the probes' gains after the healthy lines."""
-    slopes, moved = _weighted(current, healthy)
-    return np.linalg.inv(slopes @ moved + np.diag(current.prior**-2))
+    covariance = np.linalg.inv(slopes @ moved + np.diag(precision))
+    return covariance @ (moved.T @ left + precision * current.prior_mean), covariance
 
 
 def _weighted(current: Baseline, healthy: OrderLines) -> tuple[np.ndarray, np.ndarray]:

@@ -20,7 +20,7 @@ from ...simulators.machine import Machine
 from .baseline import Baseline
 from .calibration import calibrated
 from .coordinates import Coordinate
-from .healthy_evidence import evidence, unknowns_covariance
+from .healthy_evidence import evidence, fitted
 from .lacking_terms import Term, lacking_terms
 from .likely_terms import TERM_GAIN, USUAL, likely_terms, needed_terms, price_of
 from .lines import OrderLines, different_speeds
@@ -115,7 +115,7 @@ def extended(
         machine=state.with_terms()[0],
         added=state.with_terms()[1],
         at_healthy=state.current,
-        covariance=unknowns_covariance(state.current, healthy),
+        covariance=fitted(state.current, healthy)[1],
         missed_before=before,
         missed=_missed(state.current, healthy),
     )
@@ -191,7 +191,7 @@ def _without_weakest(state: _State, healthy: OrderLines) -> list[Term]:
 
     Unbalance and forces that turn with the shaft leave no machine unstable.
     """
-    covariance = unknowns_covariance(state.current, healthy)
+    covariance = fitted(state.current, healthy)[1]
     size = []
     for term, part in zip(state.terms, state.parts, strict=True):
         position = state.current.position[part]
