@@ -29,7 +29,7 @@ from .pulse_place import Placed
 from .result import Estimate, LackingTerm, ModelForm
 from .stable import is_stable
 
-#: Healthy speeds needed: what grows with the speed shows at three or more.
+#: Healthy speeds needed for changes of supports: what grows with the speed shows at three or more.
 LEAST_SPEEDS = 3
 #: Rounds in which terms are chosen.
 ROUNDS = 3
@@ -89,12 +89,12 @@ def extended(
     found = placed.at_healthy
     start = state = _State(placed.machine, (), found, placed.free)
     speeds = sorted({*(one.speed_rpm for one in healthy.conditions), reference_rpm})
-    able = predictor.repeats(placed.machine) and different_speeds(healthy.conditions) >= LEAST_SPEEDS
-    for count in range(ROUNDS if able else 0):
+    # How an unbalance grows with the speed is known; how a spring does, only several speeds tell.
+    only = None if different_speeds(healthy.conditions) >= LEAST_SPEEDS else USUAL
+    for count in range(ROUNDS if predictor.repeats(placed.machine) else 0):
         tell(f"what the model lacks when healthy, round {count + 1}")
-        further = likely_terms(
-            state.current, healthy, lacking_terms(state.current, predictor, reference_rpm=reference_rpm)
-        )
+        terms = lacking_terms(state.current, predictor, reference_rpm=reference_rpm, only=only)
+        further = likely_terms(state.current, healthy, terms)
         if not further:
             break
         # What slopes promise is not what is there; parameters that made up for it first go back to where they were.
