@@ -179,7 +179,7 @@ def linearised(
         given=given,
         active=active,
         lines=lines,
-        slopes=np.concatenate([slopes, _gain_slopes(lines, predictor.conditions, predictor.reference)]),
+        slopes=np.concatenate([slopes, _gain_slopes(lines, predictor)]),
         prior=np.array(prior),
         prior_mean=np.concatenate([given - position, np.zeros(2 * probes)]),
         drift=np.array(
@@ -219,9 +219,7 @@ def shifted(baseline: Baseline, machine: Machine, change: np.ndarray, predictor:
         machine=here,
         position=position,
         lines=lines,
-        slopes=np.concatenate(
-            [baseline.slopes[:own], _gain_slopes(lines, predictor.conditions, predictor.reference), baseline.further]
-        ),
+        slopes=np.concatenate([baseline.slopes[:own], _gain_slopes(lines, predictor), baseline.further]),
         prior_mean=np.concatenate([baseline.given - position, baseline.prior_mean[own:]]),
     )
 
@@ -235,19 +233,15 @@ def again(baseline: Baseline, machine: Machine, predictor: Predictor) -> Baselin
     return linearised(machine, *own, predictor, baseline.further)
 
 
-def _gain_slopes(lines: np.ndarray, conditions: Sequence[Condition], reference: Sequence[int]) -> np.ndarray:
-    """Return what the gains of the probes move, real and imaginary part of each, shape (2 x probes, conditions, ...).
-
-    Of lines (conditions, probes, orders) in some conditions; ``reference`` as in OrderLines.
-    """
+def _gain_slopes(lines: np.ndarray, predictor: Predictor) -> np.ndarray:
     probes = lines.shape[1]
     gains = np.zeros((2 * probes, *lines.shape), dtype=complex)
     for probe in range(probes):
         gains[2 * probe, :, probe] = lines[:, probe]
         gains[2 * probe + 1, :, probe] = 1j * lines[:, probe]
     # Where phases are relative to a probe, the phase of that probe's gain turns all others the other way.
-    untied = [i for i, one in enumerate(conditions) if not one.tied]
-    for column, probe in enumerate(reference):
+    untied = [i for i, one in enumerate(predictor.conditions) if not one.tied]
+    for column, probe in enumerate(predictor.reference):
         gains[2 * probe + 1, untied, :, column] -= 1j * lines[untied, :, column]
     return gains
 

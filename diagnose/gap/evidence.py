@@ -17,12 +17,11 @@ from functools import cached_property
 
 import numpy as np
 
-from ...simulators.errors import InvalidValueError
 from .baseline import Baseline, ModelError, error_covariance, noise_covariance, shifted
 from .lines import OrderLines, joined, stacked, unstacked
 from .predict import Predictor
 from .transfer_error import TransferError, none_of
-from .whitening import Whitening, lower_solved
+from .whitening import Whitening, factor_of, lower_solved
 
 #: Of lines with phase, and of sizes of lines without: transfer paths at high frequencies are known to a factor.
 LAW_TOLERANCE, LAW_TOLERANCE_OF_SIZES = 0.15, 0.5
@@ -202,7 +201,7 @@ def comparison(
         between = own.T @ (variance * flat) + between
         there = at_healthy.lines + np.tensordot(baseline.prior_mean, at_healthy.slopes, 1)
         left = stacked(healthy.amplitudes - there, healthy.parts)
-        lower = _factored(inner)
+        lower = factor_of(inner)
         to_lines, to_unknowns = lower_solved(lower, between), lower_solved(lower, (variance * own).T)
         white = lower_solved(lower, left)
         expected = expected + unstacked(to_lines.T @ white, parts)
@@ -243,25 +242,11 @@ def _compared(
     """Return the comparison of stacked lines that leave ``left`` (reals,) of what is expected."""
     # Rounding may leave a tiny negative direction where slopes and errors are far larger than the noise.
     covariance = (covariance + covariance.T) / 2 + np.diag(1e-12 * np.diag(covariance))
-    factor = _factored(covariance)
+    factor = factor_of(covariance)
     residual = lower_solved(factor, left)
     learnt = lower_solved(factor, cross.T).T
     constant = -float(np.log(np.diag(factor)).sum()) - 0.5 * residual.size * math.log(2 * math.pi)
     return Comparison(lines, expected, covariance, factor, residual, constant, known, learnt, none_of(lines))
-
-
-def _factored(covariance: np.ndarray) -> np.ndarray:
-    """Return the lower Cholesky factor; a matrix that rounding has spoilt is mended by a little of its diagonal."""
-    own = np.diag(np.diag(covariance))
-    for share in (0.0, 1e-10, 1e-8, 1e-6):
-        try:
-            return np.linalg.cholesky(covariance + share * own)
-        except np.linalg.LinAlgError:
-            continue
-    raise InvalidValueError(
-        "The lines' covariance is not positive: a channel is constant, or its noise is far below what numbers resolve. "
-        "Leave that channel out."
-    )
 
 
 def _tolerances(lines: OrderLines, inexact: float = 0.0) -> tuple[np.ndarray, np.ndarray]:

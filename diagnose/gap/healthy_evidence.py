@@ -9,7 +9,7 @@ import numpy as np
 
 from .baseline import Baseline, error_covariance, model_error, noise_covariance
 from .lines import OrderLines, stacked
-from .whitening import lower_solved
+from .whitening import factor_of, lower_solved
 
 #: Factors of the usual model error of which the likeliest counts.
 ERROR_FACTORS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
@@ -24,7 +24,7 @@ def lines_covariance(current: Baseline, healthy: OrderLines, factor: float) -> n
 def factored(current: Baseline, healthy: OrderLines, factor: float) -> np.ndarray:
     """Return the Cholesky factor of the lines' covariance about the machine, of all that is uncertain."""
     slopes = stacked(current.slopes, healthy.parts)
-    return np.linalg.cholesky(lines_covariance(current, healthy, factor) + (slopes.T * current.prior**2) @ slopes)
+    return factor_of(lines_covariance(current, healthy, factor) + (slopes.T * current.prior**2) @ slopes)
 
 
 def whitened(current: Baseline, healthy: OrderLines, factor: float) -> tuple[np.ndarray, np.ndarray, float]:
@@ -47,15 +47,9 @@ def evidence(current: Baseline, healthy: OrderLines) -> float:
 
 def fitted(current: Baseline, healthy: OrderLines) -> tuple[np.ndarray, np.ndarray]:
     """Return the most probable change of the machine's unknowns and the gains, by their slopes, and its covariance."""
-    slopes, moved = _weighted(current, healthy)
+    slopes, precision = stacked(current.slopes, healthy.parts), current.prior**-2
+    factor = max(ERROR_FACTORS, key=lambda one: whitened(current, healthy, one)[2])
+    moved = np.linalg.solve(lines_covariance(current, healthy, factor), slopes.T)
     left = stacked(healthy.amplitudes - current.lines, healthy.parts)
-    precision = current.prior**-2
     covariance = np.linalg.inv(slopes @ moved + np.diag(precision))
     return covariance @ (moved.T @ left + precision * current.prior_mean), covariance
-
-
-def _weighted(current: Baseline, healthy: OrderLines) -> tuple[np.ndarray, np.ndarray]:
-    """Return the stacked slopes (unknowns, reals), and divided by the lines' likeliest covariance (reals, unknowns)."""
-    slopes = stacked(current.slopes, healthy.parts)
-    factor = max(ERROR_FACTORS, key=lambda one: whitened(current, healthy, one)[2])
-    return slopes, np.linalg.solve(lines_covariance(current, healthy, factor), slopes.T)

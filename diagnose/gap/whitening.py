@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ...simulators.errors import InvalidValueError
 from .lines import stacked
 
 
@@ -64,6 +65,20 @@ class Whitening:
         edges = np.searchsorted(piece[place], np.arange(orders * probes + 1))
         inverse = lower_solved(self.factor, np.eye(self.factor.shape[0]))
         return place, edges, np.ascontiguousarray(inverse.T[place])
+
+
+def factor_of(covariance: np.ndarray) -> np.ndarray:
+    """Return the lower Cholesky factor; a matrix that rounding has spoilt is mended by a little of its diagonal."""
+    own = np.diag(np.diag(covariance))
+    for share in (0.0, 1e-10, 1e-8, 1e-6):
+        try:
+            return np.linalg.cholesky(covariance + share * own)
+        except np.linalg.LinAlgError:
+            continue
+    raise InvalidValueError(
+        "The lines' covariance is not positive: a channel is constant, or its noise is far below what numbers resolve. "
+        "Leave that channel out."
+    )
 
 
 def lower_solved(lower: np.ndarray, right: np.ndarray) -> np.ndarray:
