@@ -40,8 +40,9 @@ Names = tuple[str, ...]
 #: A rival whose held-out error is this much smaller draws level, of the most probable ones.
 BETTER_DB, RIVALS = 3.0, 4
 #: Not another name whose evidence is smaller by more than this: the fitted lines speak clearly against it. Fewer names
-#: may always: they only take one away.
-HOPELESS = 50.0
+#: may: they only take one away. Where the one taken away makes more than this share of what both explain, something
+#: unknown does so in their place.
+HOPELESS, MADE_BY_OTHER = 50.0, 0.1
 #: And stands in front of what it is level with, the best one first: too little to count as more probable.
 AHEAD = 1e-6
 #: Starts about a fit, so many of its standard deviations wide.
@@ -68,7 +69,8 @@ def checked(prepared: Prepared, posterior: Posterior) -> tuple[Posterior, tuple[
     # Of an effect beside something unknown only its own order was looked at: no density to set beside those of others.
     seen = replace(posterior, held_out={names: one for names, one in known.items() if "unknown" not in names})
     if "unknown" in leading:
-        return _unnamed(seen, leading) if wrong else (seen, ())
+        text = f"What {_said(leading[:-1])} would make alone is not there in the held-out conditions: no name."
+        return _unnamed(seen, leading, text) if wrong else (seen, ())
     if wrong:
         return _refuted(seen, prepared, fits[leading])
     levelled, remarks = _levelled(seen, prepared, fits)
@@ -145,12 +147,19 @@ def _without(problem: Problem, orders: frozenset[int]) -> Problem:
     return replace(problem, lines=replace(problem.lines, deviations=deviations))
 
 
-def _unnamed(seen: Posterior, leading: Names) -> tuple[Posterior, tuple[str, ...]]:
-    """Return the posterior without the effect that was taken to act beside something unknown."""
+def _unnamed(seen: Posterior, leading: Names, remark: str) -> tuple[Posterior, tuple[str, ...]]:
+    """Return the posterior in which something unknown takes the place of the leading hypothesis, and the remark."""
     shares = dict(seen.probabilities)
     shares["unknown",] = shares.get(("unknown",), 0.0) + shares.pop(leading)
-    named = _said(leading[:-1])
-    return _with(seen, shares), (f"What {named} would make alone is not there in the held-out conditions: no name.",)
+    return _with(seen, shares), (remark,)
+
+
+def _nearer_without(names: Names, leading: Names) -> str:
+    other = _said(tuple(name for name in leading if name not in names))
+    return (
+        f"The held-out conditions are predicted better without {other}, which makes much of the others: something else "
+        f"acts there, or {other} has other values."
+    )
 
 
 def _refuted(seen: Posterior, prepared: Prepared, leading: Fit) -> tuple[Posterior, tuple[str, ...]]:
@@ -190,8 +199,11 @@ def _levelled(seen: Posterior, prepared: Prepared, fits: Mapping[Names, Fit]) ->
         rivals = rivals[:RIVALS]
         own, *others = predicted_db([fits[names] for names in (leading, *rivals)], prepared)
         for names, other in zip(rivals, others, strict=True):
-            hopeless = fits[names].log_evidence < fits[leading].log_evidence - HOPELESS
-            if other > own + BETTER_DB and (set(names) < set(leading) or not hopeless):
+            fewer, behind = set(names) < set(leading), fits[leading].log_evidence - fits[names].log_evidence
+            if other > own + BETTER_DB and (fewer or behind < HOPELESS):
+                most = fits[leading].log_evidence - seen.none.log_evidence
+                if fewer and behind > max(HOPELESS, MADE_BY_OTHER * most):
+                    return _unnamed(seen, leading, _nearer_without(names, leading))
                 shares[names] = top * (1 + AHEAD * (other - own))
     level = [names for names in shares if TOLD_APART * shares[names] > top > TOLD_APART * seen.probabilities[names]]
     said = " and ".join(_said(names) or "nothing at all" for names in level)

@@ -15,9 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from .baseline import similarity
-from .evidence import Comparison
+from .evidence import PROBE_TOLERANCE, Comparison
 from .force_kernels import ForceKernel, prior_shares
 from .lines import unstacked
+from .transfer_error import LEAST
 
 #: Sizes tried, as shares of the largest line left in the order.
 SIZES = np.geomspace(1e-3, 10.0, 17)
@@ -110,7 +111,8 @@ def _most_probable(
     options = [(_line_kernel(compared), 1 / 3 if kernels and lines.kinds[order].phase else 1.0)]
     if lines.kinds[order].phase:
         shares = prior_shares(kernels)
-        options += [(kernel.lines(order), share) for kernel, share in zip(kernels, shares, strict=True)]
+        passed = _as_it_passes(compared, order)
+        options += [(passed * kernel.lines(order), share) for kernel, share in zip(kernels, shares, strict=True)]
     found = []
     for number, (kernel, share) in enumerate(options):
         block = _stacked(compared, order, kernel) * largest**2
@@ -147,6 +149,24 @@ def _best_size(white: np.ndarray, kernel: np.ndarray) -> tuple[float, float]:
     gains = 0.5 * (power * grown / (1 + grown)).sum(axis=1) - 0.5 * np.log1p(grown).sum(axis=1)
     best = int(np.argmax(gains))
     return float(gains[best]), float(SIZES[best] ** 2)
+
+
+def _as_it_passes(compared: Comparison, order: int) -> np.ndarray:
+    """Return the factors by which errors of the way from a force to the probes enlarge a covariance of lines.
+
+    What something unknown makes is known no better than what an effect does: at each probe it may be wrong by a complex
+    factor, and smoothly by the share by which the machine misses its own healthy lines. Shape as of the covariance,
+    (1, conditions, probes, 1, conditions, probes).
+    """
+    transfer, conditions = compared.transfer, compared.lines.conditions
+    share = np.where(transfer.share[:, order] > LEAST, transfer.share[:, order], 0.0)
+    smooth = similarity(conditions, transfer.length)
+    own = PROBE_TOLERANCE**2 + np.einsum("p,cd->pcd", share**2, smooth)
+    # Of a normal amplitude whose phase may be any, both parts of the factor add the same.
+    found = np.ones((len(conditions), share.size, len(conditions), share.size))
+    for probe, added in enumerate(own):
+        found[:, probe, :, probe] += 2 * added
+    return found[None, :, :, None]
 
 
 def _line_kernel(compared: Comparison) -> np.ndarray:

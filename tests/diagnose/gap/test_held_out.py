@@ -59,7 +59,7 @@ def _after(
 ) -> tuple[Posterior, tuple[str, ...]]:
     logs = dict.fromkeys(shares, 0.0) | (evidences or {})
     fits: Any = [SimpleNamespace(names=one, log_evidence=logs[one]) for one in shares if one and one != UNKNOWN]
-    none: Any = SimpleNamespace(names=(), log_evidence=-4.0)
+    none: Any = SimpleNamespace(names=(), log_evidence=logs[()] - 4.0)
     something: Any = SimpleNamespace(log_evidence=0.0)
     compared: Any = None
     posterior = Posterior(compared, none, tuple(fits), something, shares, 0.5)
@@ -141,8 +141,17 @@ def test_one_of_two_names_alone_draws_level_whatever_the_fitted_lines_say(monkey
     shares = {both: 0.98, LEFT: 1e-96, (): 0.01, UNKNOWN: 0.01}
     densities = {both: 5.0, LEFT: 5.0, (): -30.0}
     gains = {both: 12.6, LEFT: 21.0}
-    found, _ = _after(monkeypatch, shares, densities, gains=gains, evidences={LEFT: -220.0})
+    found, _ = _after(monkeypatch, shares, densities, gains=gains, evidences={LEFT: -220.0, (): -5e3})
     assert judged(found.probabilities)[1] == LEFT
+
+
+def test_where_most_is_made_by_the_name_that_is_taken_away_the_other_is_not_alone(monkeypatch):
+    both = (*LEFT, *RIGHT)
+    shares = {both: 0.98, LEFT: 1e-200, (): 0.01, UNKNOWN: 0.01}
+    densities = {both: 5.0, LEFT: 5.0, (): -30.0}
+    gains = {both: 12.6, LEFT: 21.0}
+    found, _ = _after(monkeypatch, shares, densities, gains=gains, evidences={LEFT: -3e3, (): -5e3})
+    assert judged(found.probabilities)[0] == "unknown"
 
 
 def test_lines_that_the_effect_does_not_make_are_told_and_take_no_name_away(monkeypatch):
