@@ -24,7 +24,7 @@ from .hypotheses import Candidate, candidates
 from .lines import OrderLines, turned_to_reference
 from .lost_samples import mended
 from .met_lines import with_met_lines
-from .observe import observe_orders, with_floor, with_reference
+from .observe import observe_orders, shaft_speed_rpm, with_floor, with_reference
 from .predict import Predictor
 from .prepared import REPEATABILITY, Prepared, put_together
 from .probe_ranges import probe_ranges
@@ -222,7 +222,7 @@ def observed(
     campaign: Campaign, machine: Machine, channels: Mapping[str, str]
 ) -> tuple[OrderLines, OrderLines | None, tuple[tuple[float, float], ...]]:
     """Return the lines to explain, those of the healthy recordings if any, and the places of those found."""
-    speeds = [one.condition.speed_rpm for one in campaign.recordings if one.condition.speed_rpm]
+    speeds = [one.condition.speed_rpm or shaft_speed_rpm(one) for one in campaign.recordings]
     orders, kinds = wanted_lines(machine, highest=HIGHEST_ORDER, speeds_rpm=speeds)
     further = found_lines(campaign.recordings, campaign.baseline, list(channels), (orders, kinds))
     orders, kinds = (*orders, *(one.order for one in further)), (*kinds, *(one.kind for one in further))

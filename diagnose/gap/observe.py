@@ -224,6 +224,12 @@ def shaft_turns(recording: Recording) -> np.ndarray:
     return constant_speed_phase(samples=recording.samples, rate_hz=recording.rate_hz, speed_hz=speed.speed_hz)
 
 
+def shaft_speed_rpm(recording: Recording) -> float:
+    """Return the mean speed in rpm, as `shaft_turns` finds it."""
+    turns = shaft_turns(recording)
+    return 60 * recording.rate_hz * float(turns[-1] - turns[0]) / (recording.samples - 1)
+
+
 def _turns_by_tacho(recording: Recording) -> tuple[np.ndarray, float] | None:
     """Return the shaft's turns at every sample, and how far all of them may be shifted, by the first tacho that pulses.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ...simulators.effect import Effect, Line, effect_catalogue
-from ...simulators.errors import RotorwiseError
+from ...simulators.errors import InvalidValueError, RotorwiseError
 from ...simulators.machine import Machine
 from .line_sizes import least_seconds
 from .lines import Condition, LineKind
@@ -38,7 +38,14 @@ def wanted_lines(machine: Machine, *, highest: float, speeds_rpm: Sequence[float
         Highest order with phase.
     speeds_rpm : sequence of float
         That will be looked at: lines at fixed frequencies must not coincide with others there.
+
+    Raises
+    ------
+    InvalidValueError
+        Without speeds: all lines would lie together.
     """
+    if not speeds_rpm:
+        raise InvalidValueError("No speed; allowed: one or more. Give the speeds that will be looked at.")
     stated = _stated(machine)
     locked = set(USUAL_ORDERS)
     for _, lines in stated:

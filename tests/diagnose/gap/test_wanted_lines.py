@@ -1,16 +1,23 @@
 """Which lines are looked at."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from rotorwise.datasets.recording import Campaign
 from rotorwise.diagnose.gap.coordinates import coordinates_of
 from rotorwise.diagnose.gap.evidence import Comparison
+from rotorwise.diagnose.gap.explain import observed
 from rotorwise.diagnose.gap.hypotheses import Candidate
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
 from rotorwise.diagnose.gap.shown_lines import may_show
 from rotorwise.diagnose.gap.transfer_error import none_of
 from rotorwise.diagnose.gap.wanted_lines import same_line, wanted_lines
 from rotorwise.simulators.effect import effect_catalogue
+from rotorwise.simulators.errors import InvalidValueError
 from rotorwise.simulators.machine import find_machine
+
+from .made_campaigns import recorded
 
 SPEEDS_RPM = (1200.0, 1800.0, 2400.0)
 
@@ -95,3 +102,20 @@ def _silent(orders, kinds, *, clear=None):
     size, nothing = int(lines.parts.sum()), np.zeros(0)
     unit, flat = np.eye(size), np.zeros(shape, dtype=complex)
     return Comparison(lines, flat, unit, unit, np.zeros(size), 0.0, nothing, np.zeros((0, size)), none_of(lines))
+
+
+def test_without_a_speed_no_line_is_told_from_another():
+    with pytest.raises(InvalidValueError, match="Give the speeds"):
+        wanted_lines(find_machine("test_rig"), highest=6.0, speeds_rpm=())
+
+
+def test_recordings_whose_speed_only_the_tacho_tells_show_the_same_lines():
+    rig = find_machine("test_rig")
+    stated = recorded(rig, SPEEDS_RPM[:2], seed=3, rate_hz=4096.0, duration_s=2.0)
+    unstated = [replace(one, condition=replace(one.condition, speed_rpm=None)) for one in stated]
+    channels = {one.name: one.name for one in rig.bare_assembly().probes if one.name.startswith("housing")}
+    known, _, _ = observed(Campaign(stated), rig, channels)
+    found, _, _ = observed(Campaign(unstated), rig, channels)
+    assert found.orders == known.orders
+    assert sum(kind.envelope for kind in found.kinds) > 5
+    np.testing.assert_array_equal(found.amplitudes, known.amplitudes)
