@@ -13,7 +13,17 @@ from .evidence import Problem
 from .refine import Fit
 from .screen import Start
 from .screening import Screening, few_of_each
-from .two_effects import STARTS, best_jointly, best_of_each, fitted_pair, hopeless_beside, left_beside, may_gain, repeat
+from .two_effects import (
+    STARTS,
+    best_jointly,
+    best_of_each,
+    fitted_pair,
+    hopeless_beside,
+    left_beside,
+    may_gain,
+    repeat,
+    screened_beside,
+)
 
 #: Single effects whose partners are looked at, and pairs of which some steps are made.
 LEADERS, PAIRS = 5, 6
@@ -36,7 +46,7 @@ def simple_pairs(
     best, hopeless = every[0].log_evidence, hopeless_beside(every[0], none, unknown)
     tried: set[frozenset[object]] = set()
     found = []
-    for leader, options in _likeliest([fit for fit in every if may_gain(fit, best)], screening):
+    for leader, options in _likeliest([fit for fit in every if may_gain(fit, best)], screening, problem):
         both = frozenset((leader.candidates[0], options[0].candidate))
         if both in tried or not repeat(leader, options[0], problem):
             continue
@@ -49,11 +59,12 @@ def simple_pairs(
     return best_jointly(found, problem, best, unknown)
 
 
-def _likeliest(fits: Sequence[Fit], screening: Screening) -> list[tuple[Fit, list[Start]]]:
+def _likeliest(fits: Sequence[Fit], screening: Screening, problem: Problem) -> list[tuple[Fit, list[Start]]]:
     """Return effects with the starts of a partner, by their first look."""
     simple = replace(screening, atoms={one: own for one, own in screening.atoms.items() if not one.effect.IDEALISED})
     found = []
     for leader in [fit for fit in fits if not fit.candidates[0].effect.IDEALISED][:LEADERS]:
-        others = few_of_each(simple.against(left_beside(leader, screening)))
+        beside = screened_beside(leader, simple, problem, ("sensor",))
+        others = few_of_each(beside.against(left_beside(leader, screening)))
         found += [(leader, options) for options in others if options[0].candidate.name not in leader.names]
     return sorted(found, key=lambda pair: -pair[1][0].score)

@@ -13,12 +13,11 @@ from dataclasses import replace
 import numpy as np
 
 from .evidence import Comparison, Problem, Widened
-from .hypotheses import Candidate
 from .joint_fit import jointly
 from .null_distribution import chance_of_residual
 from .refine import FIRST_STEPS, Fit, climbed, laws_of, nothing, refined
 from .responses import Responses
-from .screen import Atom, Start, atoms_of
+from .screen import Start, atoms_of
 from .screening import FAR_BEHIND, TIMES_WORSE, Screening, few_of_each
 from .shown_lines import CLEAR
 
@@ -65,9 +64,8 @@ def two_effects(
     explained, hopeless = chance_of_residual(leaders[0]) > EXPLAINED, hopeless_beside(leaders[0], none, unknown)
     found = []
     for rank, leader in enumerate(leaders):
-        if not may_gain(leader, best):
-            continue
-        if explained and leader.log_evidence < best - OVERTAKEN:
+        # What is left of wide tolerances and floors does not say what a second effect may add: its first look does.
+        if leader.log_evidence < best - OVERTAKEN if explained else not may_gain(leader, best):
             continue
         others = _partners(leader, screening, problem, tell, explained=explained)
         for number, options in enumerate(others[: PARTNERS[rank]]):
@@ -174,30 +172,32 @@ def _partners(leader: Fit, screening: Screening, problem: Problem, tell: Tell, *
     Where the effects alone explain the data, only of those that can do so clearly better all the same.
     """
     beside, least = left_beside(leader, screening), -math.inf
+    screening = screened_beside(leader, screening, problem, ("sensor",) if explained else ("sensor", "structure"), tell)
     if explained:
         least = nothing(beside).log_evidence + PAIR_MARGIN
-    else:
-        screening = replace(screening, atoms=_atoms_beside(leader, screening, problem, tell))
     ranked = few_of_each([options for options in screening.against(beside) if options[0].score > least])
     return [options for options in ranked if options[0].candidate.name not in leader.names]
 
 
-def _atoms_beside(leader: Fit, screening: Screening, problem: Problem, tell: Tell) -> dict[Candidate, Sequence[Atom]]:
-    """Return the responses, those of effects that change the structure on the machine with the leading effect.
+def screened_beside(
+    leader: Fit, screening: Screening, problem: Problem, stages: Sequence[str], tell: Tell = lambda _: None
+) -> Screening:
+    """Return the screening with the responses of effects of these stages on the machine with the leading effect.
 
-    One on the measuring chain leaves the machine's motion as it is.
+    A structure that changes, and a sensor that was turned, act on what the leading effect makes as well. One on the
+    measuring chain leaves the machine's motion as it is, so that nothing changes beside it.
     """
     atoms, few = dict(screening.atoms), problem.predictor.select(screening.chosen)
-    if leader.candidates[0].effect.STAGE == "sensor":
-        return atoms
     machine = leader.machine(problem.baseline.machine)
-    for one in atoms if few.repeats(machine) else ():
+    if leader.candidates[0].effect.STAGE == "sensor" or not few.repeats(machine):
+        return screening
+    for one in atoms:
         middle = one.at(np.zeros(len(one.coordinates)))
-        changes = middle.STAGE == "structure" and one.name not in leader.names
+        changes = middle.STAGE in stages and one.name not in leader.names
         if changes and few.repeats(machine.with_effects(middle)):
             tell(f"{one} beside {leader.candidates[0]}")
             atoms[one] = atoms_of(one, machine, few, deviations=screening.compared.lines.deviations)
-    return atoms
+    return replace(screening, atoms=atoms)
 
 
 def explains_little(power: float, none: Fit) -> bool:
