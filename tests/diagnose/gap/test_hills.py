@@ -19,6 +19,8 @@ from rotorwise.simulators.effects.looseness import Looseness
 SPEEDS_RPM, NOISE = (900.0, 1100.0, 1300.0, 1500.0), 0.01
 HIDDEN = Looseness(at="support_1", loss=0.92, hold=0.1, rounding=0.3)
 COORDINATES = coordinates_of(p for p in HIDDEN.parameters() if p.prior is not None)
+TRUE = np.array([one.coordinate(HIDDEN.values()[one.parameter.name]) for one in COORDINATES])
+APART = 3.0
 
 
 class Ripples:
@@ -35,8 +37,8 @@ class Ripples:
             found[:, 0] += z + np.sin(12.0 * z * speed)
         return found
 
-    def prepare(self, machines: Any, **_: Any) -> None:
-        pass
+    def prepare(self, machines: Any, **_: Any) -> list[bool]:
+        return [True] * len(machines)
 
     def repeats(self, machine: Any) -> bool:
         return True
@@ -45,9 +47,23 @@ class Ripples:
         return not self.repeats(machine)
 
 
+class Apart(Ripples):
+    """The same with two hills for each value, the lower one `APART` below the higher."""
+
+    def amplitudes(self, machine: Any) -> np.ndarray:
+        found = np.zeros((len(SPEEDS_RPM), 1, 3), dtype=complex)
+        for effect in machine.effects:
+            z = np.array([one.coordinate(effect.values()[one.parameter.name]) for one in COORDINATES])
+            found[:, 0] += 1 + (z - TRUE) * (z - TRUE + APART) + 0.1j * z * np.array(SPEEDS_RPM)[:, None] / 1000.0
+        return found
+
+
 @pytest.fixture(scope="module")
 def case() -> tuple[Fit, Problem]:
-    predictor: Any = Ripples()
+    return _case(Ripples(), np.array([-1.0, -0.8, 0.9]))
+
+
+def _case(predictor: Any, begin: np.ndarray) -> tuple[Fit, Problem]:
     lines = predictor.amplitudes(rigid_coupling.with_effects(HIDDEN))
     noise = NOISE * np.random.default_rng(1).normal(size=(2, *lines.shape))
     deviations, kinds = np.full(lines.shape, NOISE), (LineKind(),) * 3
@@ -57,7 +73,7 @@ def case() -> tuple[Fit, Problem]:
     start = linearised(rigid_coupling, (), np.zeros(0), np.zeros(0), np.zeros(0, dtype=bool), predictor)
     problem = Problem(seen, start, None, None, np.zeros((1, 3)), none_of(seen), predictor, predictor)
     candidate = Candidate(replace(HIDDEN), COORDINATES, frozenset({"hold", "rounding"}))
-    fit = refined([candidate], np.array([-1.0, -0.8, 0.9]), problem.plain(), start.machine, predictor)
+    fit = refined([candidate], begin, problem.plain(), start.machine, predictor)
     assert fit is not None
     return fit, problem
 
@@ -66,6 +82,14 @@ def test_a_higher_hill_is_found_about_the_one_on_which_the_steps_ended(case):
     fit, problem = case
     found = looked_about(fit, problem)
     assert found.log_evidence > fit.log_evidence + 10
+
+
+def test_the_highest_hill_is_found_from_one_far_away():
+    fit, problem = _case(Apart(), np.full(3, -APART))
+    lower = refined(fit.candidates, np.full(3, 0.1), problem.plain(), problem.baseline.machine, problem.predictor)
+    assert lower is not None
+    assert lower.log_evidence > fit.log_evidence + 10
+    assert looked_about(fit, problem).log_evidence == pytest.approx(lower.log_evidence, abs=0.5)
 
 
 def test_the_interval_holds_the_hills_that_come_closest(case):
