@@ -40,8 +40,8 @@ Names = tuple[str, ...]
 #: A rival whose held-out error is this much smaller draws level, of the most probable ones.
 BETTER_DB, RIVALS = 3.0, 4
 #: Not another name whose evidence is smaller by more than this: the fitted lines speak clearly against it. Fewer names
-#: may: they only take one away. Where the one taken away makes more than this share of what both explain, something
-#: unknown does so in their place.
+#: may, as they only take one away, but where lines stand out that these do not make. Where the one taken away makes
+#: more than this share of what both explain, something unknown does so in their place.
 HOPELESS, MADE_BY_OTHER = 50.0, 0.1
 #: And stands in front of what it is level with, the best one first: too little to count as more probable.
 AHEAD = 1e-6
@@ -200,6 +200,8 @@ def _levelled(seen: Posterior, prepared: Prepared, fits: Mapping[Names, Fit]) ->
         own, *others = predicted_db([fits[names] for names in (leading, *rivals)], prepared)
         for names, other in zip(rivals, others, strict=True):
             fewer, behind = set(names) < set(leading), fits[leading].log_evidence - fits[names].log_evidence
+            if fewer and _others_stand_out(seen.held_out.get(names)):
+                continue
             if other > own + BETTER_DB and (fewer or behind < HOPELESS):
                 most = fits[leading].log_evidence - seen.none.log_evidence
                 if fewer and behind > max(HOPELESS, MADE_BY_OTHER * most):
@@ -211,6 +213,11 @@ def _levelled(seen: Posterior, prepared: Prepared, fits: Mapping[Names, Fit]) ->
     if any(shares[names] > top for names in level if names):
         text += " For that it stands in front: the gain on these conditions is then no independent one."
     return _with(seen, shares), ((text,) if level and leading else ())
+
+
+def _others_stand_out(seen: Predicted | None) -> bool:
+    """Return whether a hypothesis is right in the lines that it makes, and others stand out: it is not all there is."""
+    return seen is not None and seen.chance < MISFIT <= seen.own_chance
 
 
 def _with(posterior: Posterior, shares: Mapping[Names, float]) -> Posterior:

@@ -145,6 +145,15 @@ def test_one_of_two_names_alone_draws_level_whatever_the_fitted_lines_say(monkey
     assert judged(found.probabilities)[1] == LEFT
 
 
+def test_one_of_two_names_is_not_alone_where_lines_stand_out_that_it_does_not_make(monkeypatch):
+    both = (*LEFT, *RIGHT)
+    shares = {both: 0.98, LEFT: 1e-96, (): 0.01, UNKNOWN: 0.01}
+    densities = {both: 5.0, LEFT: 5.0, (): -30.0}
+    gains, evidences = {both: 12.6, LEFT: 21.0}, {LEFT: -220.0, (): -5e3}
+    found, _ = _after(monkeypatch, shares, densities, gains=gains, evidences=evidences, all_chance=1e-9)
+    assert judged(found.probabilities)[1] == both
+
+
 def test_where_most_is_made_by_the_name_that_is_taken_away_the_other_is_not_alone(monkeypatch):
     both = (*LEFT, *RIGHT)
     shares = {both: 0.98, LEFT: 1e-200, (): 0.01, UNKNOWN: 0.01}
