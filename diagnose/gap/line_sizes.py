@@ -95,6 +95,8 @@ def line_sizes(
             continue
         size, deviation = _in_band(spectra[kind.envelope], frequency / resolution, half / resolution)
         unseen = kind.envelope & ~np.array(accelerations, dtype=bool)
+        # Without any noise nothing was there to be read: at a low rate the envelope's band is empty.
+        unseen = unseen | (deviation <= 0)
         sizes[:, column], deviations[:, column] = size, np.where(unseen, np.inf, np.hypot(deviation, REPEATED * size))
         if not kind.envelope:
             bands[column] = frequency, half

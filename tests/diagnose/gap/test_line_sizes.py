@@ -145,3 +145,14 @@ def test_a_line_stands_beside_a_steady_order():
     )
     assert size[0] == pytest.approx(0.02, rel=0.05)
     assert size[0] > 5 * deviation[0]
+
+
+def test_at_a_rate_too_low_for_an_envelope_its_lines_are_not_seen():
+    # The band would begin at 15 times the speed, above its end.
+    turns = np.arange(3000) / 1000.0 * 48.0
+    signals = np.random.default_rng(3).normal(size=(1, turns.size))
+    options = {"rate_hz": 1000.0, "turns": turns, "locked": (np.array([1.0]), np.zeros((1, 1), dtype=complex))}
+    kinds = [LineKind(phase=False, envelope=True), LineKind(phase=False)]
+    _, deviations = line_sizes(signals, orders=[2.95, 2.95], kinds=kinds, accelerations=[True], **options)
+    assert np.isinf(deviations[0, 0])
+    assert np.isfinite(deviations[0, 1])
