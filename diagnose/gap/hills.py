@@ -28,7 +28,7 @@ CLOSEST = 6
 
 
 def looked_about(fit: Fit, problem: Problem) -> Fit:
-    """Return the fit of a single effect, or a better one from near by, with how far other hills lie."""
+    """Return the fit of a single effect, or a better one from elsewhere or near by, with how far other hills lie."""
     compared, machine, predictor = problem.plain(), problem.baseline.machine, problem.predictor
     response, generator = Responses(fit.candidates, machine, predictor), np.random.default_rng(0)
     idealised = fit.candidates[0].effect.IDEALISED

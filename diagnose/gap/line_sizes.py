@@ -95,8 +95,6 @@ def line_sizes(
             continue
         size, deviation = _in_band(spectra[kind.envelope], frequency / resolution, half / resolution)
         unseen = kind.envelope & ~np.array(accelerations, dtype=bool)
-        # Without any noise nothing was there to be read: at a low rate the envelope's band is empty.
-        unseen = unseen | (deviation <= 0)
         sizes[:, column], deviations[:, column] = size, np.where(unseen, np.inf, np.hypot(deviation, REPEATED * size))
         if not kind.envelope:
             bands[column] = frequency, half
@@ -248,7 +246,11 @@ def _half_width(frequency_hz: float, speed_hz: float, resolution_hz: float, kind
 
 
 def _in_band(power: np.ndarray, centre: float, half: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return amplitude and standard deviation of the line in a band, centre and half width in lines of the spectrum."""
+    """Return amplitude and standard deviation of the line in a band, centre and half width in lines of the spectrum.
+
+    The deviation is infinite where there is no noise at all: nothing was read, as from an envelope's band that is empty
+    at a low rate.
+    """
     reach = max(FLOOR_WIDTHS * half, half + FLOOR_BINS)
     index = np.arange(max(int(centre - reach), 1), min(int(centre + reach) + 2, power.shape[1]))
     inside = np.abs(index - centre) <= half
@@ -261,4 +263,4 @@ def _in_band(power: np.ndarray, centre: float, half: float) -> tuple[np.ndarray,
     line = np.maximum(held - floor * count, 0.0)
     # A = 2 sqrt(P). The deviation is that of a line of nothing at all: a line of its own would have a smaller one, but
     # noise that happens to be large must not look certain.
-    return 2 * np.sqrt(line), 2 * np.sqrt(deviation)
+    return 2 * np.sqrt(line), np.where(deviation > 0, 2 * np.sqrt(deviation), np.inf)
