@@ -16,6 +16,7 @@ _STRENGTHS = {
     "moment_y_kg_m": "residual unbalance along y",
     "force_x_n": "residual force of the coupling along x",
     "force_y_n": "residual force of the coupling along y",
+    "gravity_m_s2": "gravity",
 }
 
 
@@ -37,7 +38,8 @@ def form_words(form: ModelForm | None) -> str:
         grows = f" growing as speed^{one.speed_exponent:g}" if one.speed_exponent else ""
         at = f" at {one.reference_speed_rpm:.0f} rpm" if grows else ""
         value = estimate_words(one.value)
-        words.append(f"{_STRENGTHS[one.strength]} at {one.at or 'the first rotor'}{grows}, {value}{at}")
+        place = f" at {one.at}" if one.at else ""
+        words.append(f"{_STRENGTHS[one.strength]}{place}{grows}, {value}{at}")
     return (
         f"The healthy recordings show what the model lacks: calibrated, it misses {form.missed_before:.1%} of their "
         f"lines, and {form.missed:.1%} with what was added before anything was diagnosed: {'; '.join(words)}."

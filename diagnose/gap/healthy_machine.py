@@ -17,8 +17,6 @@ from .pulse_place import PLACE_GAIN, Placed, is_better, placed_at, placings, tur
 
 #: How often a place of the pulse is looked for once more when what the model lacks has been added.
 ROUNDS = 2
-#: What the model lacks does not make up for so much in the logarithm of the evidence.
-FAR = 100.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,10 +72,9 @@ def healthy_machine(
         form = extended(placed, here, predictor, reference_rpm=reference_rpm, tell=tell)
         return replace(placed, at_healthy=form.at_healthy, evidence=evidence(form.at_healthy, here)), form
 
-    # Each further guess has to be clearly likelier than those with less freedom; what is far behind stays there.
-    guesses = placings(machine, healthy, predictor, tell=tell)
-    near = max(one.evidence for one in guesses) - FAR
-    best, *others = (grown(one) for one in guesses if one.evidence > near)
+    # Each further guess has to be clearly likelier than those with less freedom. How far behind one is before the
+    # machine has what it lacks says little: its own unbalance pointing elsewhere alone leaves most of the lines.
+    best, *others = (grown(one) for one in placings(machine, healthy, predictor, tell=tell))
     for other in others:
         best = other if other[0].evidence > best[0].evidence + PLACE_GAIN else best
     for _ in range(ROUNDS):

@@ -24,11 +24,12 @@ from .force_kernels import force_kernels
 from .gain import predicted_db
 from .joint_fit import jointly
 from .judged import TOLD_APART
+from .null_distribution import chance_of_residual
 from .predict import UnpredictableError
 from .prediction import Predicted, given_others, prior_of
 from .refine import FIRST_STEPS, Fit, climbed, laws_of
 from .responses import Responses
-from .search import MISFIT, Posterior
+from .search import GOOD, MISFIT, Posterior
 from .shown_lines import SHOWN
 from .two_effects import MOVES
 from .unknown_force import unexplained
@@ -194,10 +195,11 @@ def _levelled(seen: Posterior, prepared: Prepared, fits: Mapping[Names, Fit]) ->
             after = math.log(shares[names] / top) + more
             # Only nothing at all may pass: that takes a name away.
             shares[names] = top * math.exp(min(after, 0.0 if names else LARGEST))
-    rivals = [names for names in fits if names not in ((), leading) and "unknown" not in names] if leading else []
-    if rivals:
-        rivals = rivals[:RIVALS]
+    if leading and "unknown" not in leading:
+        rivals = [names for names in fits if names not in ((), leading) and "unknown" not in names][:RIVALS]
         own, *others = predicted_db([fits[names] for names in (leading, *rivals)], prepared)
+        if own <= 0 and _needs_nothing(seen):
+            return _as_nothing(seen, leading)
         for names, other in zip(rivals, others, strict=True):
             fewer, behind = set(names) < set(leading), fits[leading].log_evidence - fits[names].log_evidence
             if fewer and _others_stand_out(seen.held_out.get(names)):
@@ -213,6 +215,23 @@ def _levelled(seen: Posterior, prepared: Prepared, fits: Mapping[Names, Fit]) ->
     if any(shares[names] > top for names in level if names):
         text += " For that it stands in front: the gain on these conditions is then no independent one."
     return _with(seen, shares), ((text,) if level and leading else ())
+
+
+def _needs_nothing(seen: Posterior) -> bool:
+    """Return whether nothing at all leaves only noise, in the conditions that were fitted and in those held out."""
+    there = seen.held_out.get(())
+    return there is not None and there.chance > MISFIT and chance_of_residual(seen.none) > GOOD
+
+
+def _as_nothing(seen: Posterior, leading: Names) -> tuple[Posterior, tuple[str, ...]]:
+    """Return the posterior in which nothing at all takes the place of the leading hypothesis, and the remark."""
+    shares = dict(seen.probabilities)
+    shares[()] = shares.get((), 0.0) + shares.pop(leading)
+    said = _said(leading)
+    return _with(seen, shares), (
+        f"{said[0].upper()}{said[1:]} makes the fitted lines likelier, but the held-out conditions are predicted no "
+        "better with it, and without any effect only noise is left: no name.",
+    )
 
 
 def _others_stand_out(seen: Predicted | None) -> bool:

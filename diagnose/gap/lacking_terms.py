@@ -1,7 +1,9 @@
-"""What a model may lack of a healthy machine: springs and dampers at supports, residual unbalance and coupling forces.
+"""What a model may lack of a healthy machine: springs and dampers at supports, residual unbalance, forces, weight.
 
 Springs stand between a support and the ground: alike or unlike in x and y, or cross-coupled, constant or growing with
-the speed or its square. An unbalance, and a coupling's force, has two strengths, its components.
+the speed or its square. An unbalance, and a coupling's force, has two strengths, its components. What acts on every
+machine of the kind (`Effect.PERMANENT`: gravity) may be there although the machine is given without it: a coupling
+whose stiffness turns makes lines of the sag.
 """
 
 from __future__ import annotations
@@ -12,10 +14,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...simulators.assembly import Place
-from ...simulators.effect import Effect
+from ...simulators.effect import Effect, effect_catalogue
 from ...simulators.effects.empirical_stiffness import EmpiricalStiffness
 from ...simulators.effects.residual_coupling_force import ResidualCouplingForce
 from ...simulators.effects.residual_unbalance import ResidualUnbalance
+from ...simulators.errors import RotorwiseError
 from ...simulators.machine import Machine
 from ...simulators.parameter import Normal
 from .baseline import Baseline
@@ -32,7 +35,6 @@ TURNING: tuple[tuple[type[Effect], str, tuple[str, str]], ...] = (
     (ResidualUnbalance, "rotor", ("moment_x_kg_m", "moment_y_kg_m")),
     (ResidualCouplingForce, "coupling", ("force_x_n", "force_y_n")),
 )
-COMPONENTS = tuple(name for _, _, components in TURNING for name in components)
 #: Roles of the places where a support may be wrong.
 SUPPORTS = frozenset({"bearing", "housing"})
 #: One standard deviation of a strength moves the lines of some probe by this share.
@@ -44,6 +46,7 @@ FIRST_TRY = {
     "damping_n_s_m": 1.0,
     **dict.fromkeys(("moment_x_kg_m", "moment_y_kg_m"), 1e-6),
     **dict.fromkeys(("force_x_n", "force_y_n"), 0.01),
+    "gravity_m_s2": 0.01,
 }
 
 
@@ -97,14 +100,26 @@ def lacking_terms(
         and not any(_is_same(effect, strengths, other) for other in current.machine.effects)
     ]
     first = _changes(current, tried, [FIRST_TRY[strengths[0]] for _, strengths in tried], predictor)
-    moving = [(one, size) for one, size in zip(tried, _sizes(first, current.lines), strict=True) if size > 0]
-    steps = [FIRST_TRY[strengths[0]] * STEP / size for (_, strengths), size in moving]
-    second = _changes(current, [one for one, _ in moving], steps, predictor)
+    steps = [_step(one, size) for one, size in zip(tried, _sizes(first, current.lines), strict=True)]
+    moving = [(one, step) for one, step in zip(tried, steps, strict=True) if step > 0]
+    second = _changes(current, [one for one, _ in moving], [step for _, step in moving], predictor)
     found = []
-    for ((effect, strengths), _), step, change in zip(moving, steps, second, strict=True):
-        deviation = step * MOVES / _sizes([change], current.lines)[0]
+    for ((effect, strengths), step), change in zip(moving, second, strict=True):
+        deviation = _usual_size(effect) or step * MOVES / _sizes([change], current.lines)[0]
         found.append(Term(effect, strengths, deviation, change / step * deviation))
     return found
+
+
+def _step(one: tuple[Effect, tuple[str, ...]], size: float) -> float:
+    """Return the step for the slopes in a term of which the first try moves the lines by ``size``; 0 of what does not.
+
+    What acts on every machine may move next to nothing: a strength that would move more is none that it can have.
+    """
+    effect, strengths = one
+    first, usual = FIRST_TRY[strengths[0]], _usual_size(effect)
+    if usual is not None:
+        return STEP * usual if size * usual / first > STEP else 0.0
+    return first * STEP / size if size > 0 else 0.0
 
 
 def slopes_in(terms: Sequence[Term], current: Baseline, predictor: Predictor) -> list[np.ndarray]:
@@ -128,7 +143,26 @@ def _options(machine: Machine, reference_rpm: float) -> list[tuple[Effect, tuple
         for kind, role, components in TURNING:
             if role in place.roles:
                 found.append((kind(at=place.name, **dict.fromkeys(components, 0.0)), components))
+    return found + _permanent(machine)
+
+
+def _permanent(machine: Machine) -> list[tuple[Effect, tuple[str, ...]]]:
+    """Return what acts on every machine of the kind, but not on this one as it is given."""
+    found: list[tuple[Effect, tuple[str, ...]]] = []
+    for kind in effect_catalogue().values():
+        strengths = tuple(one.name for one in kind().parameters() if kind.PERMANENT and one.zero is not None)
+        try:
+            kind().contribute(machine.bare_assembly())
+        except RotorwiseError:
+            continue
+        found += [(kind().with_values(**dict.fromkeys(strengths, 0.0)), strengths)] if strengths else []
     return found
+
+
+def _usual_size(effect: Effect) -> float | None:
+    """Return how strong what acts on every machine is; None of what has no size of its own."""
+    sizes = [one.prior.median for one in effect.parameters() if effect.PERMANENT and one.prior is not None]
+    return max(map(abs, sizes), default=None)
 
 
 def _springs(place: Place, reference_rpm: float) -> list[tuple[Effect, tuple[str, ...]]]:
@@ -144,9 +178,10 @@ def _springs(place: Place, reference_rpm: float) -> list[tuple[Effect, tuple[str
 
 
 def _is_same(one: Effect, strengths: tuple[str, ...], other: Effect) -> bool:
+    if (one.NAME, one.at) != (other.NAME, other.at):
+        return False
     own, others = one.values(), other.values()
-    law = [name for name in own if name not in (*EXPONENTS, *COMPONENTS)]
-    alike = (one.NAME, one.at) == (other.NAME, other.at) and all(own[name] == others[name] for name in law)
+    alike = all(own[name] == others[name] for name in own if name not in strengths)
     return alike and any(others[name] != 0.0 for name in strengths)
 
 

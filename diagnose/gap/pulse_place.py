@@ -37,6 +37,8 @@ MISSED = 0.3
 #: The turned lines must agree better by so much before anything is computed, and after the calibration by so much in
 #: the logarithm of the evidence: an angle out of a full turn has to be paid for.
 CLEARLY, PLACE_GAIN = 20.0, 10.0
+#: Places that are closer together (rad) count as one.
+APART = math.radians(5.0)
 ROUNDS = 3
 
 
@@ -95,7 +97,10 @@ def placings(
         where, angle = _jointly(machine, own, healthy, predictor)
         free = () if own.angle.prior is not None else (own.coordinate,)
         other = placed_at(angle, where, free, healthy, predictor, tell=tell)
-        found += [other] if other.evidence > max(one.evidence for one in found) + PLACE_GAIN else []
+        # Elsewhere than those before it may be right although the machine as given is far off there.
+        elsewhere = all(abs(math.remainder(angle - one.pulse_rad, 2 * math.pi)) > APART for one in found)
+        likelier = other.evidence > max(one.evidence for one in found) + PLACE_GAIN
+        found += [other] if elsewhere or likelier else []
     return found
 
 

@@ -61,7 +61,7 @@ class AsymmetricShaft(Effect):
     position: float = parameter(
         unit="",
         bounds=(0.05, 0.95),
-        prior=Uniform(0.25, 0.75),
+        prior=Uniform(0.05, 0.95),
         meaning="point whose load feels the difference: 0 at the first bearing, 1 at the second",
         source="estimate: the body of a rotor lies between its bearings",
     )

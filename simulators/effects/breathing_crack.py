@@ -75,7 +75,7 @@ class BreathingCrack(Effect):
     position: float = parameter(
         unit="",
         bounds=(0.05, 0.95),
-        prior=Uniform(0.25, 0.75),
+        prior=Uniform(0.05, 0.95),
         meaning="place of the crack: 0 at the first bearing, 1 at the second",
         source="estimate: at a shoulder or keyway near the largest bending moment",
     )

@@ -54,9 +54,9 @@ class Looseness(Effect):
         unit="",
         bounds=(0.0, 1.0),
         zero=0.0,
-        prior=Uniform(0.9, 1.0),
+        prior=Uniform(0.2, 1.0),
         meaning="share of the vertical stiffness that is missing in pull; 1 for a foot that nothing holds down",
-        source="estimate: once a joint has opened it hangs on its bolt, a tenth as stiff as its faces, or on nothing",
+        source="estimate: an open joint hangs on its bolts, on other feet, or on nothing: a fifth lost, or all of it",
     )
     hold: float = parameter(
         unit="",

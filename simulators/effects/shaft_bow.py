@@ -67,7 +67,7 @@ class ShaftBow(Effect):
     position: float = parameter(
         unit="",
         bounds=(0.05, 0.95),
-        prior=Uniform(0.25, 0.75),
+        prior=Uniform(0.05, 0.95),
         meaning="place of the bend: 0 at the first bearing, 1 at the second",
         source="estimate: a shaft bends where its bending moment or its heating is largest, away from the bearings",
     )

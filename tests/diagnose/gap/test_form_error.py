@@ -37,7 +37,8 @@ def _with_many_small_springs(machine: Machine, share: float, seed: int) -> Machi
     predictor, generator = _predictor(HEALTHY_RPM), np.random.default_rng(seed)
     terms = lacking_terms(calibrated(machine, _lines(machine, HEALTHY_RPM, 1), predictor), predictor,
                           reference_rpm=TOP_RPM)  # fmt: skip
-    strengths = [{name: share * generator.normal() * term.deviation for name in term.strengths} for term in terms]
+    # Within what each allows: a weight pulls down.
+    strengths = [{c.parameter.name: c.value(share * generator.normal()) for c in term.coordinates(0)} for term in terms]
     return machine.with_effects(*(one.effect.with_values(**own) for one, own in zip(terms, strengths, strict=True)))
 
 

@@ -2,12 +2,16 @@
 
 import numpy as np
 import pytest
+from rotorwise.diagnose.gap.baseline import start
 from rotorwise.diagnose.gap.healthy_machine import healthy_machine
+from rotorwise.diagnose.gap.lacking_terms import lacking_terms
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines, different_speeds
 from rotorwise.diagnose.gap.predict import Predictor
 from rotorwise.diagnose.gap.pulse_place import turned
-from rotorwise.simulators import amb_rotor
+from rotorwise.simulators import amb_rotor, test_rig
+from rotorwise.simulators.effects.gravity import Gravity
 from rotorwise.simulators.effects.residual_unbalance import ResidualUnbalance
+from rotorwise.simulators.machine import Machine
 
 from .made_campaigns import altered
 
@@ -16,8 +20,8 @@ ORDERS, NOISE_M = (1.0, 2.0, 3.0), 2e-8
 OFF_BALANCE = ResidualUnbalance(at="coupling_hub", moment_x_kg_m=-2e-6, moment_y_kg_m=3e-6)
 
 
-def _predictor(speeds: tuple[float, ...]) -> Predictor:
-    probes = tuple(one.name for one in amb_rotor.bare_assembly().probes)
+def _predictor(speeds: tuple[float, ...], machine: Machine = amb_rotor) -> Predictor:
+    probes = tuple(one.name for one in machine.bare_assembly().probes)
     conditions, count = tuple(Condition(speed) for speed in speeds), len(speeds)
     kinds = (LineKind(),) * len(ORDERS)
     return Predictor(conditions, probes, ORDERS, (1e4,) * count, (20_000,) * count, kinds, (0,) * len(ORDERS))
@@ -57,6 +61,25 @@ def test_what_keeps_being_missed_is_no_reason_to_change_supports_but_unbalance_s
     assert (added.NAME, added.at) == ("residual_unbalance", "coupling_hub")
     assert added.values()["moment_x_kg_m"] == pytest.approx(OFF_BALANCE.moment_x_kg_m, abs=1.5e-6)
     assert added.values()["moment_y_kg_m"] == pytest.approx(OFF_BALANCE.moment_y_kg_m, abs=1.5e-6)
+
+
+def test_weight_and_own_unbalance_and_pulse_anywhere_are_told_together() -> None:
+    # As given the machine has no weight and its unbalance points along x: far from the lines at the right place.
+    real = amb_rotor.with_parameters(unbalance_angle_rad=2.6).with_effects(Gravity())
+    predictor = _predictor(SPEEDS_RPM)
+    healthy = _noisy(predictor.amplitudes(altered(real, share=0.02, seed=3)), predictor)
+    found = healthy_machine(amb_rotor, turned(healthy, 0.66), predictor, reference_rpm=TOP_RPM)
+    assert found.pulse_rad == pytest.approx(-0.66, abs=0.05)
+    values = {one.NAME: one.values() for one in found.at_healthy.machine.effects}
+    assert values["gravity"]["gravity_m_s2"] == pytest.approx(9.81, rel=0.1)
+
+
+def test_weight_is_no_term_where_it_moves_next_to_nothing_or_is_there_already() -> None:
+    for machine, expected in ((amb_rotor, True), (amb_rotor.with_effects(Gravity()), False), (test_rig, False)):
+        predictor = _predictor(SPEEDS_RPM[:2], machine)
+        terms = lacking_terms(start(machine, predictor), predictor, reference_rpm=TOP_RPM)
+        assert ("gravity" in {term.effect.NAME for term in terms}) is expected
+        assert all(term.effect.with_values(**{n: term.deviation for n in term.strengths}) for term in terms)
 
 
 def test_speeds_that_lie_together_count_as_one() -> None:

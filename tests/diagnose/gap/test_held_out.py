@@ -114,6 +114,16 @@ def test_what_misses_the_held_out_conditions_is_unknown_if_that_predicts_them_be
         assert remarks[0].startswith("With left the model misses the held-out conditions")
 
 
+@pytest.mark.parametrize(("own", "left_by_nothing", "kind"), [(-0.4, 0.9, "none"), (0.4, 0.9, "one cause"),
+                                                              (-0.4, 1e-4, "one cause")])  # fmt: skip
+def test_no_name_where_the_held_out_lines_gain_nothing_and_nothing_is_missed(monkeypatch, own, left_by_nothing, kind):
+    shares = {LEFT: 0.97, (): 0.02, UNKNOWN: 0.01}
+    monkeypatch.setattr(held_out, "chance_of_residual", lambda _: left_by_nothing)
+    found, remarks = _after(monkeypatch, shares, {LEFT: 5.0, (): 4.5}, gains={LEFT: own})
+    assert judged(found.probabilities)[0] == kind
+    assert bool(remarks) is (kind == "none")
+
+
 def test_an_effect_whose_lines_lie_clearly_nearer_draws_level(monkeypatch):
     shares = {LEFT: 0.97, RIGHT: 1e-13, (): 0.02, UNKNOWN: 0.01}
     densities = {LEFT: 5.0, RIGHT: 5.0, (): -30.0}
