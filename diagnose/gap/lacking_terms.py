@@ -149,13 +149,13 @@ def _options(machine: Machine, reference_rpm: float) -> list[tuple[Effect, tuple
 def _permanent(machine: Machine) -> list[tuple[Effect, tuple[str, ...]]]:
     """Return what acts on every machine of the kind, but not on this one as it is given."""
     found: list[tuple[Effect, tuple[str, ...]]] = []
-    for kind in effect_catalogue().values():
-        strengths = tuple(one.name for one in kind().parameters() if kind.PERMANENT and one.zero is not None)
+    for effect in (kind() for kind in effect_catalogue().values() if kind.PERMANENT):
         try:
-            kind().contribute(machine.bare_assembly())
+            effect.contribute(machine.bare_assembly())
         except RotorwiseError:
             continue
-        found += [(kind().with_values(**dict.fromkeys(strengths, 0.0)), strengths)] if strengths else []
+        strengths = tuple(one.name for one in effect.parameters() if one.zero is not None)
+        found.append((effect.with_values(**dict.fromkeys(strengths, 0.0)), strengths))
     return found
 
 
