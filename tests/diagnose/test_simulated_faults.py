@@ -86,7 +86,7 @@ ROWS = (
     Row("gearbox inner race", GEARBOX, ("inner_race_defect",), "bearing_inner_race"),
     Row("gearbox tooth crack", GEARBOX, ("tooth_crack",), "gear_tooth_fault"),
     Row("gearbox pitting", GEARBOX, ("pitting",), "gear_tooth_fault"),
-    Row("gearbox looseness", GEARBOX, ("looseness",), "looseness"),
+    Row("gearbox looseness", GEARBOX, ("looseness:loss=0.95",), "looseness"),
     Row("magnetic healthy", MAGNETIC, (), None),
     Row("magnetic unbalance", MAGNETIC, ("unbalance@disc:moment_kg_m=2e-4",), "unbalance"),
     Row("magnetic misalignment", MAGNETIC, ("coupling_misalignment:offset_m=2e-4,angle_rad=0.01",), "misalignment"),
