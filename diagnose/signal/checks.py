@@ -116,20 +116,24 @@ def _clipping(signal: np.ndarray, name: str) -> list[DataCheck]:
     """Find a heap of samples at an end of the range, denser than the samples just inside it.
 
     A sine puts at most 2.4 times as many samples in the outermost slice as in the next one; clipping piles them up.
-    Where values come in steps (quantised, or few samples a period), the next step inwards is the next slice.
+    Where values come in steps (quantised, or few samples a period), the next step inwards is the next slice. Crests
+    that are always sampled at the same two places make a heap too, which scatters about a step further in: what is
+    clipped lies at the end itself, or stays there for three samples or more.
     """
     span = float(np.ptp(signal))
     slice_width = 2e-3 * span
     worst = 0
     for extreme in (signal - signal.min(), signal.max() - signal):
-        outer = int(np.count_nonzero(extreme < 0.5 * slice_width))
+        near = extreme < 0.5 * slice_width
+        outer = int(np.count_nonzero(near))
         if outer <= max(8, 2e-5 * signal.size):
             continue
         following = int(((extreme >= 0.5 * slice_width) & (extreme < 3 * slice_width)).sum())
         inner = extreme[extreme >= 0.5 * slice_width]
         following = max(following, int((inner < inner.min() + slice_width).sum()))
         runs = int(((extreme[1:] == extreme[:-1]) & (extreme[1:] == 0)).sum())
-        if outer > 3 * max(following, 1) and runs >= 4:
+        at_end, staying = int(np.count_nonzero(extreme == 0)), int((near[2:] & near[1:-1] & near[:-2]).sum())
+        if outer > 3 * max(following, 1) and runs >= 4 and (2 * at_end >= outer or staying >= 4):
             worst = max(worst, outer)
     if not worst:
         return []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from rotorwise.diagnose.signal.checks import UNUSABLE, check_channel, repair
 
@@ -165,6 +165,7 @@ def test_clean_sines_raise_nothing(amplitude, offset, samples_per_period, turn):
     seed=st.integers(0, 100),
 )
 @settings(max_examples=60, deadline=None)
+@example(steps=500, samples_per_period=50.0, turn=0.0, seed=3)
 def test_sines_from_a_converter_raise_nothing(steps, samples_per_period, turn, seed):
     """Rounded to whole steps, with half a step of noise as every converter has."""
     wave = steps * np.sin(2 * np.pi * (np.arange(SAMPLES) / samples_per_period + turn)) + 0.5 * noise(seed)
