@@ -46,7 +46,6 @@ FIRST_TRY = {
     "damping_n_s_m": 1.0,
     **dict.fromkeys(("moment_x_kg_m", "moment_y_kg_m"), 1e-6),
     **dict.fromkeys(("force_x_n", "force_y_n"), 0.01),
-    "gravity_m_s2": 0.01,
 }
 
 
@@ -99,8 +98,8 @@ def lacking_terms(
         if (only is None or effect.NAME in only)
         and not any(_is_same(effect, strengths, other) for other in current.machine.effects)
     ]
-    first = _changes(current, tried, [FIRST_TRY[strengths[0]] for _, strengths in tried], predictor)
-    steps = [_step(one, size) for one, size in zip(tried, _sizes(first, current.lines), strict=True)]
+    first = _changes(current, tried, [_first_try(*one) for one in tried], predictor)
+    steps = [_step(*one, size) for one, size in zip(tried, _sizes(first, current.lines), strict=True)]
     moving = [(one, step) for one, step in zip(tried, steps, strict=True) if step > 0]
     second = _changes(current, [one for one, _ in moving], [step for _, step in moving], predictor)
     found = []
@@ -110,15 +109,19 @@ def lacking_terms(
     return found
 
 
-def _step(one: tuple[Effect, tuple[str, ...]], size: float) -> float:
+def _first_try(effect: Effect, strengths: tuple[str, ...]) -> float:
+    usual = _usual_size(effect)
+    return FIRST_TRY[strengths[0]] if usual is None else STEP * usual
+
+
+def _step(effect: Effect, strengths: tuple[str, ...], size: float) -> float:
     """Return the step for the slopes in a term of which the first try moves the lines by ``size``; 0 of what does not.
 
     What acts on every machine may move next to nothing: a strength that would move more is none that it can have.
     """
-    effect, strengths = one
-    first, usual = FIRST_TRY[strengths[0]], _usual_size(effect)
-    if usual is not None:
-        return STEP * usual if size * usual / first > STEP else 0.0
+    first = _first_try(effect, strengths)
+    if _usual_size(effect) is not None:
+        return first if size > STEP**2 else 0.0
     return first * STEP / size if size > 0 else 0.0
 
 
