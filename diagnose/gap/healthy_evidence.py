@@ -5,6 +5,8 @@ By how much the model is wrong beside them is taken as likely as it can be.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from .baseline import Baseline, error_covariance, model_error, noise_covariance
@@ -13,6 +15,8 @@ from .whitening import factor_of, lower_solved
 
 #: Factors of the usual model error of which the likeliest counts.
 ERROR_FACTORS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
+#: Deviations of a sum of squares within which nothing is missed.
+WITHIN = 3.0
 
 
 def lines_covariance(current: Baseline, healthy: OrderLines, factor: float) -> np.ndarray:
@@ -43,6 +47,14 @@ def density(lower: np.ndarray, white: np.ndarray) -> float:
 def evidence(current: Baseline, healthy: OrderLines) -> float:
     """Return the logarithm of the evidence of the healthy lines, up to a constant."""
     return max(whitened(current, healthy, factor)[2] for factor in ERROR_FACTORS)
+
+
+def is_explained(current: Baseline, healthy: OrderLines) -> bool:
+    """Return whether the lines are as near as noise, the usual model error and what is uncertain allow."""
+    each = [whitened(current, healthy, factor)[1:] for factor in ERROR_FACTORS]
+    (white, first), *others = each
+    likeliest = all(first >= density for _, density in others)
+    return likeliest and float(white @ white) <= white.size + WITHIN * math.sqrt(2 * white.size)
 
 
 def fitted(current: Baseline, healthy: OrderLines) -> tuple[np.ndarray, np.ndarray]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from ...simulators.machine import Machine
 from .baseline import Baseline
 from .form_error import FormErrors, form_errors
-from .healthy_evidence import evidence
+from .healthy_evidence import evidence, is_explained
 from .lines import OrderLines
 from .model_form import Extended, extended
 from .predict import Predictor
@@ -72,9 +72,16 @@ def healthy_machine(
         form = extended(placed, here, predictor, reference_rpm=reference_rpm, tell=tell)
         return replace(placed, at_healthy=form.at_healthy, evidence=evidence(form.at_healthy, here)), form
 
-    # Each further guess has to be clearly likelier than those with less freedom. How far behind one is before the
-    # machine has what it lacks says little: its own unbalance pointing elsewhere alone leaves most of the lines.
-    best, *others = (grown(one) for one in placings(machine, healthy, predictor, tell=tell))
+    places = placings(machine, healthy, predictor, tell=tell)
+    known: dict[Placed, tuple[Placed, Extended | None]] = {}
+    # How far behind one is before the machine has what it lacks says little: its own unbalance pointing elsewhere alone
+    # leaves most of the lines. Where one has it and misses nothing, there is no reason to look at others.
+    for one in sorted(places, key=lambda one: -one.evidence):
+        known[one] = grown(one)
+        if is_explained(known[one][0].at_healthy, turned(healthy, one.pulse_rad)):
+            break
+    # Each further guess has to be clearly likelier than those with less freedom.
+    best, *others = (known[one] for one in places if one in known)
     for other in others:
         best = other if other[0].evidence > best[0].evidence + PLACE_GAIN else best
     for _ in range(ROUNDS):

@@ -19,7 +19,7 @@ from ...simulators.machine import Machine
 from .baseline import Baseline, start, widened_by
 from .calibration import calibrated
 from .coordinates import Coordinate
-from .healthy_evidence import ERROR_FACTORS, density, evidence, factored
+from .healthy_evidence import ERROR_FACTORS, density, evidence, factored, is_explained
 from .lacking_terms import lacking_terms
 from .likely_terms import USUAL
 from .lines import OrderLines, stacked
@@ -72,7 +72,7 @@ def placings(
 ) -> list[Placed]:
     """Return the machine calibrated on its healthy lines with the pulse at its zero, and where else it may sit.
 
-    Others only where the healthy lines are clearly likelier then. What the model lacks may take that back.
+    Others only where those lines are not explained, and clearly likelier then. What the model lacks may take that back.
 
     Parameters
     ----------
@@ -82,6 +82,8 @@ def placings(
         For the healthy conditions.
     """
     plain = placed_at(0.0, machine, (), healthy, predictor, tell=tell)
+    if is_explained(plain.at_healthy, healthy):
+        return [plain]
     found, given = [plain], predictor.amplitudes(machine)
     angle = _best_angle(healthy, given)
     if _agreement(healthy, given, np.array([angle, 0.0])) @ [1, -1] >= CLEARLY:
