@@ -224,6 +224,40 @@ def shifted(baseline: Baseline, machine: Machine, change: np.ndarray, predictor:
     )
 
 
+def with_others(
+    baseline: Baseline,
+    machine: Machine,
+    first: int,
+    others: Sequence[tuple[Coordinate, float, np.ndarray]],
+    predictor: Predictor,
+) -> Baseline:
+    """Return the baseline with other coordinates from the ``first`` on, without computing any slope.
+
+    Parameters
+    ----------
+    machine : Machine
+        With the effects that they belong to, at zero.
+    others : sequence of (Coordinate, position, slopes)
+        Slopes in the baseline's conditions. Each coordinate is given as 0.
+    """
+    old, own = baseline, baseline.position.size
+    none = np.zeros(len(others))
+    begin = np.append(old.position[:first], [where for _, where, _ in others])
+    ones, open_still = np.ones(len(others)), [_drift(one, where) for one, where, _ in others]
+    kept = replace(
+        old,
+        coordinates=(*old.coordinates[:first], *(one for one, _, _ in others)),
+        position=begin,
+        given=np.append(old.given[:first], none),
+        active=np.append(old.active[:first], ones > 0),
+        slopes=np.concatenate([old.slopes[:first], *(slopes[None] for _, _, slopes in others), old.slopes[own:]]),
+        prior=np.concatenate([old.prior[:first], ones, old.prior[own:]]),
+        prior_mean=np.concatenate([old.prior_mean[:first], none, old.prior_mean[own:]]),
+        drift=np.concatenate([old.drift[:first], open_still, old.drift[own:]]),
+    )
+    return shifted(kept, machine, np.zeros(begin.size), predictor)
+
+
 def again(baseline: Baseline, machine: Machine, predictor: Predictor) -> Baseline:
     """Return the baseline linearised anew at its position; ``machine`` may carry effects.
 

@@ -40,6 +40,12 @@ DAMPING, HARDER = 1e-2, 6.0
 LEAST_GAIN = 0.1
 #: Powers of the speed by which the model error may grow; one where speeds differ by less than this factor.
 GROWTHS, FEW_SPEEDS = (0, 1, 2, 3, 4), 1.2
+#: A line that is this many times as large as the machine can make it tells nothing of its parameters.
+OUT_OF_REACH = 10.0
+#: Sizes of lines without phase are measured to this share at best.
+SIZES_TO = 0.1
+#: And count where they are this many times their deviation.
+SEEN = 5.0
 #: Logarithm of a likelihood, one standard deviation from the best.
 ONE_DEVIATION = 0.5
 #: Model errors that are tried, as shares of the largest miss.
@@ -61,13 +67,25 @@ def calibrated(
     machine is given with, or of its own parameters without a prior; ``begin`` is the position to begin at, else the
     machine as given.
     """
-    current = start(machine, predictor, added, begin=begin, tell=tell)
+    return settled(start(machine, predictor, added, begin=begin, tell=tell), machine, healthy, predictor, tell=tell)
+
+
+def settled(
+    current: Baseline,
+    machine: Machine,
+    healthy: OrderLines,
+    predictor: Predictor,
+    *,
+    tell: Callable[[str], None] = lambda _: None,
+) -> Baseline:
+    """Return a linearised machine with its parameters where the healthy lines put them; see `calibrated`."""
     repeats = predictor.repeats(machine)
-    error = model_error(current.lines)
+    error = np.maximum(model_error(current.lines), _out_of_reach(current, healthy))
     damping = DAMPING
     for count in range(MOST_STEPS if repeats else MOST_STEPS_IN_TIME):
         tell(f"calibration, step {count + 1}")
-        trial, gained, damping = _step(current, machine, healthy, predictor, error, damping)
+        wide = np.maximum(error, _size_error(current, healthy))
+        trial, gained, damping = _step(current, machine, healthy, predictor, wide, damping)
         if trial is None:
             break
         # Each slope of a machine that does not repeat is a simulation: the first ones have to do.
@@ -75,6 +93,35 @@ def calibrated(
         if gained < LEAST_GAIN:
             break
     return current
+
+
+def _out_of_reach(current: Baseline, healthy: OrderLines) -> np.ndarray:
+    """Return the size of those healthy lines, (probes, orders), that no values of the uncertain parameters make.
+
+    A fit would bend all others for them.
+    """
+    own = len(current.coordinates)
+    moved = np.tensordot(current.prior[:own] ** 2, np.abs(current.slopes[:own]) ** 2, 1)
+    reach = np.where(healthy.seen, np.abs(current.lines) ** 2 + moved, 0.0).sum(axis=0)
+    size = np.where(healthy.seen, np.abs(healthy.amplitudes) ** 2, 0.0).sum(axis=0)
+    rms = np.sqrt(size / np.maximum(healthy.seen.sum(axis=0), 1) / 2)
+    return np.where(size > OUT_OF_REACH**2 * reach, rms, 0.0)
+
+
+def _size_error(current: Baseline, healthy: OrderLines) -> np.ndarray:
+    """Return by how much sizes of lines without phase are off, (conditions, probes, orders): about as all of them are.
+
+    A share of the larger one of a measured and a simulated size: sizes are predicted to a factor, and one that is three
+    times too small is no nearer than one that is three times too large.
+    """
+    phase = np.array([kind.phase for kind in healthy.kinds])
+    own = healthy.seen & ~phase
+    larger = np.where(own, np.maximum(np.abs(healthy.amplitudes), np.abs(current.lines)), 0.0)
+    told = own & (larger > SEEN * np.where(own, healthy.deviations, np.inf))
+    if not told.any():
+        return larger
+    off = (np.abs(healthy.amplitudes - current.lines) - healthy.deviations)[told] / larger[told]
+    return max(float(np.sqrt(np.mean(np.maximum(off, 0.0) ** 2))), SIZES_TO) * larger
 
 
 def _step(

@@ -7,10 +7,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 from ...datasets.sidecar import FOLDER_SIDECAR
+from ...simulators.effect import effect_catalogue
 from ...simulators.effects.empirical_force import EmpiricalForce
-from ...simulators.effects.empirical_stiffness import EmpiricalStiffness
-from ...simulators.effects.residual_coupling_force import ResidualCouplingForce
-from ...simulators.effects.residual_unbalance import ResidualUnbalance
 from ...simulators.errors import RotorwiseError
 from ...simulators.machine import machine_from_toml
 from ..papers_files import write_whole
@@ -20,7 +18,7 @@ from .words import not_compared_words, probability_words, sentence_of
 #: A file that starts so was made here, and may be replaced.
 FIRST_WORDS = "# Machine extended by rotorwise gap"
 #: Effects that were added on the healthy recordings.
-OF_HEALTHY = (EmpiricalStiffness.NAME, ResidualUnbalance.NAME, ResidualCouplingForce.NAME)
+OF_HEALTHY = frozenset(name for name, effect in effect_catalogue().items() if effect.EMPIRICAL) - {EmpiricalForce.NAME}
 _WIDTH = 96
 
 

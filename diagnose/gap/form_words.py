@@ -16,6 +16,15 @@ _STRENGTHS = {
     "moment_y_kg_m": "residual unbalance along y",
     "force_x_n": "residual force of the coupling along x",
     "force_y_n": "residual force of the coupling along y",
+    "sine_m": "residual run-out of the gear, sine part",
+    "cosine_m": "residual run-out of the gear, cosine part",
+    "first_sine_m": "error of the teeth at the mesh order, sine part",
+    "first_cosine_m": "error of the teeth at the mesh order, cosine part",
+    "second_sine_m": "error of the teeth at twice the mesh order, sine part",
+    "second_cosine_m": "error of the teeth at twice the mesh order, cosine part",
+    "third_sine_m": "error of the teeth at 3 times the mesh order, sine part",
+    "third_cosine_m": "error of the teeth at 3 times the mesh order, cosine part",
+    "stiffness_share": "share of the mesh stiffness",
     "gravity_m_s2": "gravity",
 }
 

@@ -155,6 +155,14 @@ def _unnamed(seen: Posterior, leading: Names, remark: str) -> tuple[Posterior, t
     return _with(seen, shares), (remark,)
 
 
+def _no_nearer(leading: Names) -> str:
+    """Return what is said of a cause that nothing but its distance from the held-out lines can confirm."""
+    return (
+        f"With {_said(leading)}, likeliest in the fitted conditions, the held-out ones are predicted no better than by "
+        "the calibrated machine: no name."
+    )
+
+
 def _nearer_without(names: Names, leading: Names) -> str:
     other = _said(tuple(name for name in leading if name not in names))
     return (
@@ -200,6 +208,8 @@ def _levelled(seen: Posterior, prepared: Prepared, fits: Mapping[Names, Fit]) ->
         own, *others = predicted_db([fits[names] for names in (leading, *rivals)], prepared)
         if own <= 0 and _needs_nothing(seen):
             return _as_nothing(seen, leading)
+        if own <= 0 and leading not in seen.held_out:
+            return _unnamed(seen, leading, _no_nearer(leading))
         for names, other in zip(rivals, others, strict=True):
             fewer, behind = set(names) < set(leading), fits[leading].log_evidence - fits[names].log_evidence
             if fewer and _others_stand_out(seen.held_out.get(names)):

@@ -1,13 +1,15 @@
-"""What a model may lack of a healthy machine: springs and dampers at supports, residual unbalance, forces, weight.
+"""What a model may lack of a healthy machine: springs and dampers at supports, unbalance, forces, weight, a mesh's own.
 
 Springs stand between a support and the ground: alike or unlike in x and y, or cross-coupled, constant or growing with
-the speed or its square. An unbalance, and a coupling's force, has two strengths, its components. What acts on every
+the speed or its square. An unbalance, a coupling's force, a gear's run-out has two strengths, its components; so has
+the error of all teeth at each multiple of the mesh. What acts on every
 machine of the kind (`Effect.PERMANENT`: gravity) may be there although the machine is given without it: a coupling
 whose stiffness turns makes lines of the sag.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -15,8 +17,10 @@ import numpy as np
 
 from ...simulators.assembly import Place
 from ...simulators.effect import Effect, effect_catalogue
+from ...simulators.effects.empirical_mesh import EmpiricalMesh
 from ...simulators.effects.empirical_stiffness import EmpiricalStiffness
 from ...simulators.effects.residual_coupling_force import ResidualCouplingForce
+from ...simulators.effects.residual_gear_run_out import ResidualGearRunOut
 from ...simulators.effects.residual_unbalance import ResidualUnbalance
 from ...simulators.errors import RotorwiseError
 from ...simulators.machine import Machine
@@ -34,18 +38,24 @@ EXPONENTS: dict[str, tuple[float, ...]] = {
 TURNING: tuple[tuple[type[Effect], str, tuple[str, str]], ...] = (
     (ResidualUnbalance, "rotor", ("moment_x_kg_m", "moment_y_kg_m")),
     (ResidualCouplingForce, "coupling", ("force_x_n", "force_y_n")),
+    (ResidualGearRunOut, "gear", ("sine_m", "cosine_m")),
 )
+#: What is fitted together of a mesh.
+MESH = (*((f"{n}_sine_m", f"{n}_cosine_m") for n in ("first", "second", "third")), ("stiffness_share",))
 #: Roles of the places where a support may be wrong.
 SUPPORTS = frozenset({"bearing", "housing"})
 #: One standard deviation of a strength moves the lines of some probe by this share.
 MOVES = 0.3
-#: Step for the slopes: as large a share of the lines of the probe that moves most.
-STEP = 1e-3
+#: Step for the slopes: as large a share of the lines of the probe that moves most; of motions simulated in time.
+STEP, STEP_IN_TIME = 1e-3, 0.03
 FIRST_TRY = {
     **dict.fromkeys(EXPONENTS, 100.0),
     "damping_n_s_m": 1.0,
     **dict.fromkeys(("moment_x_kg_m", "moment_y_kg_m"), 1e-6),
     **dict.fromkeys(("force_x_n", "force_y_n"), 0.01),
+    **dict.fromkeys(("sine_m", "cosine_m"), 1e-7),
+    **dict.fromkeys(itertools.chain(*MESH), 1e-7),
+    "stiffness_share": 0.01,
 }
 
 
@@ -98,8 +108,9 @@ def lacking_terms(
         if (only is None or effect.NAME in only)
         and not any(_is_same(effect, strengths, other) for other in current.machine.effects)
     ]
-    first = _changes(current, tried, [_first_try(*one) for one in tried], predictor)
-    steps = [_step(*one, size) for one, size in zip(tried, _sizes(first, current.lines), strict=True)]
+    share = STEP if predictor.repeats(current.machine) else STEP_IN_TIME
+    first = _changes(current, tried, [_first_try(*one, share) for one in tried], predictor)
+    steps = [_step(*one, size, share) for one, size in zip(tried, _sizes(first, current.lines), strict=True)]
     moving = [(one, step) for one, step in zip(tried, steps, strict=True) if step > 0]
     second = _changes(current, [one for one, _ in moving], [step for _, step in moving], predictor)
     found = []
@@ -109,20 +120,20 @@ def lacking_terms(
     return found
 
 
-def _first_try(effect: Effect, strengths: tuple[str, ...]) -> float:
+def _first_try(effect: Effect, strengths: tuple[str, ...], share: float) -> float:
     usual = _usual_size(effect)
-    return FIRST_TRY[strengths[0]] if usual is None else STEP * usual
+    return FIRST_TRY[strengths[0]] if usual is None else share * usual
 
 
-def _step(effect: Effect, strengths: tuple[str, ...], size: float) -> float:
+def _step(effect: Effect, strengths: tuple[str, ...], size: float, share: float) -> float:
     """Return the step for the slopes in a term of which the first try moves the lines by ``size``; 0 of what does not.
 
     What acts on every machine may move next to nothing: a strength that would move more is none that it can have.
     """
-    first = _first_try(effect, strengths)
+    first = _first_try(effect, strengths, share)
     if _usual_size(effect) is not None:
-        return first if size > STEP**2 else 0.0
-    return first * STEP / size if size > 0 else 0.0
+        return first if size > share**2 else 0.0
+    return first * share / size if size > 0 else 0.0
 
 
 def slopes_in(terms: Sequence[Term], current: Baseline, predictor: Predictor) -> list[np.ndarray]:
@@ -146,16 +157,30 @@ def _options(machine: Machine, reference_rpm: float) -> list[tuple[Effect, tuple
         for kind, role, components in TURNING:
             if role in place.roles:
                 found.append((kind(at=place.name, **dict.fromkeys(components, 0.0)), components))
-    return found + _permanent(machine)
+    return found + _meshes(machine) + _permanent(machine)
+
+
+def _meshes(machine: Machine) -> list[tuple[Effect, tuple[str, ...]]]:
+    """Return what a mesh whose teeth are known may lack: the same at both gears."""
+    assembly = machine.bare_assembly()
+    gears = [place.name for place in assembly.places.values() if EmpiricalMesh.ROLE in place.roles]
+    effect = EmpiricalMesh(at=gears[0] if gears else "", **dict.fromkeys(itertools.chain(*MESH), 0.0))
+    return [(effect, strengths) for strengths in MESH] if _acts(effect, machine) else []
+
+
+def _acts(effect: Effect, machine: Machine) -> bool:
+    try:
+        effect.contribute(machine.bare_assembly())
+    except RotorwiseError:
+        return False
+    return True
 
 
 def _permanent(machine: Machine) -> list[tuple[Effect, tuple[str, ...]]]:
     """Return what acts on every machine of the kind, but not on this one as it is given."""
     found: list[tuple[Effect, tuple[str, ...]]] = []
     for effect in (kind() for kind in effect_catalogue().values() if kind.PERMANENT):
-        try:
-            effect.contribute(machine.bare_assembly())
-        except RotorwiseError:
+        if not _acts(effect, machine):
             continue
         strengths = tuple(one.name for one in effect.parameters() if one.zero is not None)
         found.append((effect.with_values(**dict.fromkeys(strengths, 0.0)), strengths))

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...simulators.effect import effect_catalogue
+from ...simulators.effects.empirical_mesh import EmpiricalMesh
 from .baseline import Baseline
 from .healthy_evidence import ERROR_FACTORS, whitened
 from .lacking_terms import TURNING, Term
@@ -24,10 +25,11 @@ from .whitening import lower_solved
 
 #: By how much a term must raise the logarithm of the evidence.
 TERM_GAIN = 5.0
-#: What every machine has, only not how much: unbalance of each rotor, run-out of each coupling, weight; and how much
-#: likelier that is than a given change of a support, which must raise the evidence by so much more.
+#: What every machine has, only not how much: unbalance of each rotor, run-out of couplings and gears, errors of teeth,
+#: weight; and how much likelier that is than a change of a support, which must raise the evidence by so much more.
 _PERMANENT = [name for name, effect in effect_catalogue().items() if effect.PERMANENT]
-USUAL, ODDS = frozenset([*(effect.NAME for effect, _, _ in TURNING), *_PERMANENT]), 20.0
+USUAL = frozenset([*(effect.NAME for effect, _, _ in TURNING), EmpiricalMesh.NAME, *_PERMANENT])
+ODDS = 20.0
 #: Variance of each strength at the start, in its own prior variances; below the last one a term is not needed.
 START, NOTHING = 0.1, 1e-3
 #: Standard deviation of a strength that is taken as known.

@@ -17,8 +17,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...simulators.machine import Machine
-from .baseline import Baseline
-from .calibration import calibrated
+from .baseline import Baseline, again, with_others
+from .calibration import calibrated, settled
 from .coordinates import Coordinate
 from .healthy_evidence import evidence, fitted
 from .lacking_terms import Term, lacking_terms
@@ -90,8 +90,9 @@ def extended(
     start = state = _State(placed.machine, (), found, placed.free)
     speeds = sorted({*(one.speed_rpm for one in healthy.conditions), reference_rpm})
     # How an unbalance grows with the speed is known; how a spring does, only several speeds tell.
-    only = None if different_speeds(healthy.conditions) >= LEAST_SPEEDS else USUAL
-    for count in range(ROUNDS if predictor.repeats(placed.machine) else 0):
+    repeats = predictor.repeats(placed.machine)
+    only = None if repeats and different_speeds(healthy.conditions) >= LEAST_SPEEDS else USUAL
+    for count in range(ROUNDS if repeats else 1):
         tell(f"what the model lacks when healthy, round {count + 1}")
         terms = lacking_terms(state.current, predictor, reference_rpm=reference_rpm, only=only)
         further = likely_terms(state.current, healthy, terms)
@@ -102,7 +103,7 @@ def extended(
         grown = _pruned(grown, healthy, predictor, speeds)
         if evidence(grown.current, healthy) < evidence(state.current, healthy) + TERM_GAIN:
             break
-        state = grown
+        state = grown if repeats else grown.afresh(healthy, predictor)
     before = _missed(found, healthy)
     if _missed(state.current, healthy) > MUCH_LESS * before:
         # What the evidence asks for there are small lines; what is missed is something else. Unbalance and forces that
@@ -158,6 +159,8 @@ class _State:
 
         Parameters that made up for what was lacking may lie beyond a hill from where they belong.
         """
+        if not predictor.repeats(self.machine):
+            return self._with(terms, healthy, predictor)
         first = self.first
         known = {term: self.current.position[part] for term, part in zip(self.terms, self.parts, strict=True)}
         begin = [known.get(term, np.zeros(len(term.strengths))) for term in terms]
@@ -166,6 +169,25 @@ class _State:
         there = replace(self, terms=terms)
         machine, coordinates = there.with_terms()
         return replace(there, current=calibrated(machine, healthy, predictor, (*self.free, *coordinates), begin=begin))
+
+    def _with(self, terms: tuple[Term, ...], healthy: OrderLines, predictor: Predictor) -> _State:
+        """Return the state with other terms where each slope is a simulation: those that are known have to do."""
+        known = {
+            term: (self.current.position[part], self.current.slopes[part])
+            for term, part in zip(self.terms, self.parts, strict=True)
+        }
+        there, others = replace(self, terms=terms), []
+        machine, coordinates = there.with_terms()
+        for term in terms:
+            others += zip(*known.get(term, (np.zeros(len(term.strengths)), term.slopes)), strict=True)
+        joined = [(one, float(where), slopes) for one, (where, slopes) in zip(coordinates, others, strict=True)]
+        begin = with_others(self.current, machine, self.first, joined, predictor)
+        return replace(there, current=settled(begin, machine, healthy, predictor))
+
+    def afresh(self, healthy: OrderLines, predictor: Predictor) -> _State:
+        """Return the state calibrated once more, by the slopes of where it is."""
+        machine = self.with_terms()[0]
+        return replace(self, current=settled(again(self.current, machine, predictor), machine, healthy, predictor))
 
 
 def _pruned(state: _State, healthy: OrderLines, predictor: Predictor, speeds_rpm: Sequence[float]) -> _State:

@@ -104,7 +104,7 @@ class LackingTerm:
     Attributes
     ----------
     effect : str
-        "empirical_stiffness", "residual_unbalance" or "residual_coupling_force".
+        Name of one of those that are fitted to healthy recordings, "residual_unbalance" for example.
     at : str
         Place of the machine.
     strength : str

@@ -184,6 +184,7 @@ class GearMesh:
     gears: tuple[str, str] = ("pinion", "wheel")
     teeth: list[DamagedTooth] = field(default_factory=list)
     wear_m: float = 0.0
+    stiffness_factor: float = 1.0
     roles: frozenset[str] = frozenset({"mesh"})
 
     def __post_init__(self) -> None:
@@ -195,7 +196,7 @@ class GearMesh:
     def mean_stiffness_n_m(self) -> float:
         """Mean stiffness over a turn."""
         lost = sum(mean_stiffness_loss_n_m(self._pair, tooth) for tooth in self.teeth)
-        return sum(branch.integral_n_m for branch in self.branches) - lost
+        return self.stiffness_factor * sum(branch.integral_n_m for branch in self.branches) - lost
 
     @property
     def _pair(self) -> SpurPair:
@@ -223,6 +224,10 @@ class GearMesh:
         self._pair  # noqa: B018
         self.wear_m += wear_m
 
+    def scale_stiffness(self, factor: float) -> None:
+        """Make all sound teeth stiffer by a factor, or softer; what damage takes away stays."""
+        self.stiffness_factor *= factor
+
     def grow_centre_distance(self, growth_m: float) -> None:
         """Move the gears apart: less contact, another stiffness, more backlash. Damping stays."""
         before = self._pair
@@ -245,7 +250,7 @@ class GearMesh:
 
     def interface_force(self) -> InterfaceForce:
         """Return what the linear core leaves out, as an interface force."""
-        first, second = (branch.coefficients for branch in self.branches)
+        first, second = (self.stiffness_factor * branch.coefficients for branch in self.branches)
         powers = max(first.size, second.size)
         polynomials = [np.pad(own, (0, powers - own.size)) for own in (first, second)]
         errors = self._errors_with_wear()

@@ -36,7 +36,13 @@ def fits(machine, effect):
 
 
 #: Parts of a healthy machine, not faults: they have a test of their own, and leave the draws as they were without them.
-OF_HEALTHY = ("empirical_stiffness", "residual_unbalance", "residual_coupling_force")
+OF_HEALTHY = (
+    "empirical_mesh",
+    "empirical_stiffness",
+    "residual_coupling_force",
+    "residual_gear_run_out",
+    "residual_unbalance",
+)
 FITTING = {m: [n for n, e in EFFECTS.items() if fits(m, e) and n not in OF_HEALTHY] for m in MACHINES}
 
 
