@@ -37,6 +37,9 @@ WrongForm = Annotated[
     ),
 ]
 AsGiven = Annotated[bool, option("--as-given", text="The engine does not extend its model on healthy recordings.")]
+Anywhere = Annotated[
+    bool, option("--anywhere", text="The tacho's pulse and the machine's own unbalance are at any angle of the shaft.")
+]
 Jobs = Annotated[int | None, option("--jobs", value="J", text="Processes; one for every core when left out.")]
 Output = Annotated[
     Path, option("--output", "-o", value="FOLDER", text="Where outcomes, scores and pictures go; a run goes on there.")
@@ -52,6 +55,7 @@ def trials(
     family: Family = "score",
     wrong_form: WrongForm = 0.0,
     as_given: AsGiven = False,
+    anywhere: Anywhere = False,
     jobs: Jobs = None,
     output: Output = Path("rotorwise-trials"),
     as_json: AsJson = False,
@@ -64,10 +68,11 @@ def trials(
     from .gap.trials.run import TrialFileError, Trials, run_trials
     from .gap.trials.scores import score
 
-    which = Trials(machine, seed, snr_db, family, wrong_form, as_given)
+    which = Trials(machine, seed, snr_db, family, wrong_form, as_given, anywhere)
     jobs = _checked(count, jobs, output)
     name = f"{machine}-{family}-seed{seed}-{snr_db:g}db"
     name += (f"-wrong{wrong_form:g}" if wrong_form else "") + ("-as-given" if as_given else "")
+    name += "-anywhere" if anywhere else ""
     try:
         with _progress(count) as tell:
             outcomes = run_trials(which, count, explain_gap, file=output / f"{name}.jsonl", jobs=jobs, tell=tell)

@@ -31,7 +31,7 @@ from ....simulators.effect import Effect
 from ....simulators.errors import InvalidValueError, RotorwiseError
 from ....simulators.machine import Machine, find_machine
 from ....simulators.solvers.simulate import Simulation
-from .draws import applicable, drawn, drifted, perturbed, weakened
+from .draws import applicable, drawn, drifted, perturbed, turned_anyhow, weakened
 from .lines import Lines, detectability, lines_of, orders_of, with_stated
 from .ranges import TrialRange, find_range
 from .recorder import GAIN_DEVIATION, Setting, clean_record, kept, motions, moves_as, noise_of, recording
@@ -49,8 +49,8 @@ BELOW_DETECTABILITY, ROUNDS = 4.0, 4
 #: Share of trials with a further imperfection, and of those whose healthy records have other speeds.
 WITH_IMPERFECTION, OTHER_SPEEDS = 0.5, 0.2
 SHOWN_BY_WAVEFORM = frozenset(("aliasing", "clipping", "dc_drift", "dropped_samples", "quantisation", "speed_wander"))
-#: Word of the seeds of a wrong form, which change nothing else of a trial.
-WRONG_FORM = 7
+#: Words of the seeds of a wrong form, and of angles that may be any, which change nothing else of a trial.
+WRONG_FORM, ANYWHERE = 7, 11
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,14 @@ class TrialCase:
 
 
 def make_case(
-    machine: str, *, number: int, seed: int, snr_db: float, family: str = "score", wrong_form: float = 0.0
+    machine: str,
+    *,
+    number: int,
+    seed: int,
+    snr_db: float,
+    family: str = "score",
+    wrong_form: float = 0.0,
+    anywhere: bool = False,
 ) -> TrialCase:
     """Return one trial; the same arguments give the same trial, to the bit.
 
@@ -120,6 +127,8 @@ def make_case(
         "tune" or "score"; no trial of one is a trial of the other.
     wrong_form : float
         Share of their stiffness by which the machine's supports are other than its model's.
+    anywhere : bool
+        The tacho's pulse, and the machine's own unbalance, may be at any angle of the shaft.
 
     Raises
     ------
@@ -133,8 +142,9 @@ def make_case(
         # Even last words: the odd one belongs to `kind_of`.
         generator = np.random.default_rng([*words, number, 2 * attempt])
         form = np.random.default_rng([*words, number, 2 * attempt, WRONG_FORM])
+        angles = np.random.default_rng([*words, number, 2 * attempt, ANYWHERE]) if anywhere else None
         try:
-            return _made(find_machine(machine), kind, drifts, number, snr_db, generator, (wrong_form, form))
+            return _made(find_machine(machine), kind, drifts, number, snr_db, generator, (wrong_form, form), angles)
         except RotorwiseError:
             # A healthy machine that happens to be unstable is no machine that anybody runs.
             if attempt == MOST_MACHINES - 1:
@@ -227,12 +237,16 @@ def _made(
     snr_db: float,
     generator: np.random.Generator,
     wrong_form: tuple[float, np.random.Generator],
+    angles: np.random.Generator | None,
 ) -> TrialCase:
     how = find_range(machine.name)
     catalogue = applicable(machine, probes=how.recorded(machine))
     healthy = perturbed(machine, generator)
     if wrong_form[0]:
         healthy = with_wrong_form(healthy, wrong_form[0], how, wrong_form[1])
+    pulse = 0.0
+    if angles is not None:
+        healthy, pulse = turned_anyhow(healthy, how.any_angle, angles), float(angles.uniform(-math.pi, math.pi))
     count = int(generator.integers(how.conditions[0], how.conditions[1] + 1))
     turns, seed = float(generator.uniform(*how.turns)), int(generator.integers(2**31))
     settings = _settings(how, count, generator)
@@ -250,7 +264,7 @@ def _made(
     runs, truth, hidden, redrawn = _hide(scene, base, unhidden, kind, catalogue, generator)
     acting = [one.effect for one in hidden]
     together = scene.d2(runs, truth, unhidden, base, acting) if hidden else 0.0
-    common = {"how": how, "gains": gains, "snr_db": snr_db, "turns": turns, "seed": seed}
+    common = {"how": how, "gains": gains, "snr_db": snr_db, "turns": turns, "seed": seed, "pulse_rad": pulse}
     sound = motions([healthy], before, how)[0]
     campaign = Campaign(
         tuple(recording(r, truth, s, stream=i, **common) for i, (r, s) in enumerate(zip(runs, settings, strict=True))),

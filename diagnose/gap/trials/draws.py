@@ -122,6 +122,11 @@ def perturbed(machine: Machine, generator: np.random.Generator) -> Machine:
     return machine.with_parameters(**changed)
 
 
+def turned_anyhow(machine: Machine, names: Sequence[str], generator: np.random.Generator) -> Machine:
+    """Return the machine with these angles anywhere."""
+    return machine.with_parameters(**{name: float(generator.uniform(-math.pi, math.pi)) for name in names})
+
+
 def drifted(machine: Machine, generator: np.random.Generator) -> Machine:
     """Return a machine whose changed parameters have drifted by up to 0.5 % (angles by 0.005 rad)."""
     declared = {p.name: p for p in machine.definition.parameters}

@@ -34,6 +34,8 @@ class TrialRange:
         Length of every record instead.
     probes : tuple of str
         Those recorded; all when empty.
+    any_angle : tuple of str
+        Parameters that may have any value of an angle although no prior says so.
     """
 
     speeds_rpm: tuple[tuple[float, float], ...]
@@ -45,6 +47,7 @@ class TrialRange:
     loads: tuple[float, float] | None = None
     load_levels: tuple[float, ...] = ()
     probes: tuple[str, ...] = ()
+    any_angle: tuple[str, ...] = ()
 
     def recorded(self, machine: Machine) -> list[Probe]:
         """Return the probes of a machine that a campaign records."""
@@ -82,11 +85,19 @@ RANGES = {
     ),
     # Stable by Floquet's multipliers from 600 to 5000 rpm (growth -1.8 1/s at most); the critical speed near 2600 rpm
     # is well damped, and crossing it is what tells unbalance from bow.
-    "amb_rotor": TrialRange(((900.0, 4200.0),), (4, 6), 1800.0, 3e-4),
+    "amb_rotor": TrialRange(((900.0, 4200.0),), (4, 6), 1800.0, 3e-4, any_angle=("unbalance_angle_rad",)),
     # Above the plate's modes on its mounts (below 900 rpm), below the bending mode of the shaft. The load comes as
     # discs: 0 or 5 kg, as in the bench's labels. The step is twice the machine's own: the motion of this linear
     # machine then differs by 1e-5 at most from that with a third of it, looseness, rub and cracks included.
-    "test_rig": TrialRange(((900.0, 3300.0),), (4, 6), 4000.0, 5e-5, turns=(50.0, 80.0), load_levels=(0.0, 5.0)),
+    "test_rig": TrialRange(
+        ((900.0, 3300.0),),
+        (4, 6),
+        4000.0,
+        5e-5,
+        turns=(50.0, 80.0),
+        load_levels=(0.0, 5.0),
+        any_angle=("residual_angle_rad",),
+    ),
     # Below 20 N.m the teeth rattle irregularly. Probes that a gearbox has: three accelerations at the input bearing.
     "gearbox": TrialRange(
         ((1200.0, 2400.0),),
@@ -96,6 +107,10 @@ RANGES = {
         duration_s=1.0,
         loads=(20.0, 60.0),
         probes=("accelerometer", "bearing 1 x", "bearing 1 y"),
+        any_angle=(
+            "transmission_error_angle_rad",
+            *(f"bearing_{number}_angle_rad" for number in (1, 2, 3, 4)),
+        ),
     ),
 }
 

@@ -112,13 +112,17 @@ def recording(
     turns: float,
     seed: int,
     stream: int,
+    pulse_rad: float = 0.0,
 ) -> Recording:
-    """Return the measured record of a run as a recording of the probes that a campaign has, and the tacho."""
+    """Return the measured record of a run as a recording of the probes that a campaign has, and the tacho.
+
+    The tacho's pulse comes when the machine has turned by ``pulse_rad``.
+    """
     noise = tuple(noise_of(run, snr_db).tolist())
     chain = TrialChain(bits=BITS, pulses_per_revolution=1, gains=tuple(gains.tolist()), noise_rms=noise)
     record = _cut(_measured(run, machine, how, chain, seed, stream), setting, how, turns)
     rows = kept(record, how)
-    signals = np.vstack([record.signals[rows], _tacho(chain, record)])
+    signals = np.vstack([record.signals[rows], _tacho(chain, record, pulse_rad)])
     channels = [_channel(record, row) for row in rows]
     declared = {p.name: p.unit for p in machine.definition.parameters}
     unit = declared.get(machine.definition.load_parameter) if setting.load is not None else None
@@ -159,11 +163,11 @@ def _cut(record: SensorRecord, setting: Setting, how: TrialRange, turns: float) 
     )
 
 
-def _tacho(chain: SensorChain, record: SensorRecord) -> np.ndarray:
+def _tacho(chain: SensorChain, record: SensorRecord, pulse_rad: float) -> np.ndarray:
     """Return the tacho's level averaged over each sample, shape (samples,)."""
     within = (np.arange(_TACHO_PARTS) + 0.5) / _TACHO_PARTS - 0.5
     phase = record.phase_rad[:, None] + record.speed_rad_s[:, None] / record.output_rate_hz * within
-    fine = replace(record, phase_rad=phase.ravel(), speed_rad_s=np.repeat(record.speed_rad_s, _TACHO_PARTS))
+    fine = replace(record, phase_rad=phase.ravel() - pulse_rad, speed_rad_s=np.repeat(record.speed_rad_s, _TACHO_PARTS))
     return chain.tacho(fine, np.random.default_rng(0)).reshape(phase.shape).mean(axis=1)
 
 

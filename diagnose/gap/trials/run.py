@@ -48,6 +48,8 @@ class Trials:
         Share of their stiffness by which the machine's supports are other than its model's.
     as_given : bool
         Whether the engine must not extend the model on healthy recordings.
+    anywhere : bool
+        Whether the tacho's pulse, and the machine's own unbalance, may be at any angle of the shaft.
     """
 
     machine: str
@@ -56,6 +58,7 @@ class Trials:
     family: str = "score"
     wrong_form: float = 0.0
     as_given: bool = False
+    anywhere: bool = False
 
     def __post_init__(self) -> None:
         check(self.machine, seed=self.seed, snr_db=self.snr_db, family=self.family, wrong_form=self.wrong_form)
@@ -64,7 +67,8 @@ class Trials:
     def head(self) -> dict[str, Any]:
         """What the file of the outcomes says of them; what is as usual is not said."""
         every = {"rotorwise_trials": FORMAT, **asdict(self)}
-        return {name: value for name, value in every.items() if name not in ("wrong_form", "as_given") or value}
+        usual = ("wrong_form", "as_given", "anywhere")
+        return {name: value for name, value in every.items() if name not in usual or value}
 
 
 def run_trials(
@@ -138,6 +142,7 @@ def one_trial(trials: Trials, number: int, explain: Explain) -> Outcome:
             snr_db=trials.snr_db,
             family=trials.family,
             wrong_form=trials.wrong_form,
+            anywhere=trials.anywhere,
         )
         begun = time.perf_counter()
         try:

@@ -100,6 +100,27 @@ def test_an_imperfection_beside_the_orders_is_below_detectability_too() -> None:
     assert scene.d2(runs, loud, quiet_runs, machine, [effect]) > 1000.0
 
 
+def test_with_the_pulse_anywhere_only_the_tacho_is_another() -> None:
+    # Of the rigidly coupled rotors no angle of their own is any.
+    plain, turned = (make_case("rigid_coupling", number=3, seed=5, snr_db=30, anywhere=any_) for any_ in (False, True))
+    for one, other in zip((*plain.campaign.recordings, *plain.campaign.baseline),
+                          (*turned.campaign.recordings, *turned.campaign.baseline), strict=True):  # fmt: skip
+        assert np.array_equal(one.signals[:-1], other.signals[:-1])
+        assert not np.array_equal(one.signals[-1], other.signals[-1])
+        # All pulses are late, or early, by the same share of a turn.
+        high = [run.signals[-1] > 0.5 * run.signals[-1].max() for run in (one, other)]
+        edges = [np.flatnonzero(own[1:] & ~own[:-1]) for own in high]
+        assert abs(len(edges[0]) - len(edges[1])) <= 1
+        late = (edges[1][1:-1] - edges[0][1 : edges[1].size - 1]) / np.diff(edges[0]).mean()
+        assert np.ptp(late) < 0.1
+
+
+def test_with_angles_anywhere_the_own_unbalance_is_another() -> None:
+    plain, turned = (make_case("amb_rotor", number=3, seed=5, snr_db=30, anywhere=any_) for any_ in (False, True))
+    assert plain.campaign.baseline[0].condition == turned.campaign.baseline[0].condition
+    assert not np.allclose(plain.campaign.baseline[0].signals[:-1], turned.campaign.baseline[0].signals[:-1], rtol=0.1)
+
+
 def test_detectability_in_closed_form() -> None:
     now, before = np.zeros((2, 12), complex), np.zeros((2, 12), complex)
     now[0, 1], before[0, 1], now[1, 3] = 5.0, 3.0, 4j
