@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from .result import ModelForm
+from .result import LackingTerm, ModelForm
 from .words import estimate_words
 
 #: A model that misses a larger share of its healthy lines is said to be poor.
 POOR = 0.5
+#: Of more terms than this only those are said that are not 0.
+ALL_SAID = 8
 _STRENGTHS = {
     "stiffness_n_m": "stiffness",
     "difference_n_m": "half of stiffness in x less y",
@@ -42,15 +44,19 @@ def form_words(form: ModelForm | None) -> str:
     )
     if not form.terms:
         return poor if form.missed > POOR else ""
-    words = []
-    for one in form.terms:
-        grows = f" growing as speed^{one.speed_exponent:g}" if one.speed_exponent else ""
-        at = f" at {one.reference_speed_rpm:.0f} rpm" if grows else ""
-        value = estimate_words(one.value)
-        place = f" at {one.at}" if one.at else ""
-        words.append(f"{_STRENGTHS[one.strength]}{place}{grows}, {value}{at}")
+    told = [one for one in form.terms if len(form.terms) <= ALL_SAID or one.value.low > 0 or one.value.high < 0]
+    words = [_term_words(one) for one in told]
+    if len(told) < len(form.terms):
+        words.append(f"and {len(form.terms) - len(told)} more that they do not tell from 0")
     return (
         f"The healthy recordings show what the model lacks: calibrated, it misses {form.missed_before:.1%} of their "
         f"lines, and {form.missed:.1%} with what was added before anything was diagnosed: {'; '.join(words)}."
         + (f" {poor}" if form.missed > POOR else "")
     )
+
+
+def _term_words(one: LackingTerm) -> str:
+    grows = f" growing as speed^{one.speed_exponent:g}" if one.speed_exponent else ""
+    at = f" at {one.reference_speed_rpm:.0f} rpm" if grows else ""
+    place = f" at {one.at}" if one.at else ""
+    return f"{_STRENGTHS[one.strength]}{place}{grows}, {estimate_words(one.value)}{at}"

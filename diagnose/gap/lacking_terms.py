@@ -46,16 +46,13 @@ MESH = (*((f"{n}_sine_m", f"{n}_cosine_m") for n in ("first", "second", "third")
 SUPPORTS = frozenset({"bearing", "housing"})
 #: One standard deviation of a strength moves the lines of some probe by this share.
 MOVES = 0.3
-#: Step for the slopes: as large a share of the lines of the probe that moves most; of motions simulated in time.
-STEP, STEP_IN_TIME = 1e-3, 0.03
+#: Step for the slopes: as large a share of the lines of the probe that moves most.
+STEP = 1e-3
 FIRST_TRY = {
     **dict.fromkeys(EXPONENTS, 100.0),
     "damping_n_s_m": 1.0,
     **dict.fromkeys(("moment_x_kg_m", "moment_y_kg_m"), 1e-6),
     **dict.fromkeys(("force_x_n", "force_y_n"), 0.01),
-    **dict.fromkeys(("sine_m", "cosine_m"), 1e-7),
-    **dict.fromkeys(itertools.chain(*MESH), 1e-7),
-    "stiffness_share": 0.01,
 }
 
 
@@ -108,9 +105,10 @@ def lacking_terms(
         if (only is None or effect.NAME in only)
         and not any(_is_same(effect, strengths, other) for other in current.machine.effects)
     ]
-    share = STEP if predictor.repeats(current.machine) else STEP_IN_TIME
-    first = _changes(current, tried, [_first_try(*one, share) for one in tried], predictor)
-    steps = [_step(*one, size, share) for one, size in zip(tried, _sizes(first, current.lines), strict=True)]
+    if not predictor.repeats(current.machine):
+        return _in_time(current, tried, predictor)
+    first = _changes(current, tried, [_first_try(*one) for one in tried], predictor)
+    steps = [_step(*one, size) for one, size in zip(tried, _sizes(first, current.lines), strict=True)]
     moving = [(one, step) for one, step in zip(tried, steps, strict=True) if step > 0]
     second = _changes(current, [one for one, _ in moving], [step for _, step in moving], predictor)
     found = []
@@ -120,20 +118,41 @@ def lacking_terms(
     return found
 
 
-def _first_try(effect: Effect, strengths: tuple[str, ...], share: float) -> float:
+def _in_time(current: Baseline, tried: Sequence[tuple[Effect, tuple[str, ...]]], predictor: Predictor) -> list[Term]:
+    """Return the terms that move lines at all, with slopes over the size that such things commonly have.
+
+    Where every change is a simulation, none is spent on finding a size; and sizes of lines without phase, near 0 in a
+    sound machine, have no slope there that would tell what a usual strength does.
+    """
+    usual = [_common_size(*one) for one in tried]
+    changes = _changes(current, tried, usual, predictor)
+    every = zip(tried, usual, changes, _sizes(changes, current.lines), strict=True)
+    return [Term(effect, names, size, change) for (effect, names), size, change, moves in every if moves > STEP]
+
+
+def _common_size(effect: Effect, strengths: tuple[str, ...]) -> float:
+    """Return the size that the prior of an effect's last strength states."""
+    (prior,) = (one.prior for one in effect.parameters() if one.name == strengths[-1])
+    assert isinstance(prior, Normal)
+    return abs(prior.mean) or prior.deviation
+
+
+def _first_try(effect: Effect, strengths: tuple[str, ...]) -> float:
     usual = _usual_size(effect)
-    return FIRST_TRY[strengths[0]] if usual is None else share * usual
+    if usual is None and strengths[0] in FIRST_TRY:
+        return FIRST_TRY[strengths[0]]
+    return STEP * (usual or _common_size(effect, strengths))
 
 
-def _step(effect: Effect, strengths: tuple[str, ...], size: float, share: float) -> float:
+def _step(effect: Effect, strengths: tuple[str, ...], size: float) -> float:
     """Return the step for the slopes in a term of which the first try moves the lines by ``size``; 0 of what does not.
 
     What acts on every machine may move next to nothing: a strength that would move more is none that it can have.
     """
-    first = _first_try(effect, strengths, share)
+    first = _first_try(effect, strengths)
     if _usual_size(effect) is not None:
-        return first if size > share**2 else 0.0
-    return first * share / size if size > 0 else 0.0
+        return first if size > STEP**2 else 0.0
+    return first * STEP / size if size > 0 else 0.0
 
 
 def slopes_in(terms: Sequence[Term], current: Baseline, predictor: Predictor) -> list[np.ndarray]:

@@ -37,6 +37,8 @@ REPEATED = 0.1
 MAIN_LOBE = 2.0
 #: Widths of an order within which its skirt is looked for.
 SKIRT = 4.0
+#: Share of its distance from an order by which a line must be clear of the order's wander for a record to tell it.
+APART = 0.25
 #: Distance to the nearest locked order that a band keeps, as a share; half orders are locked up to this order.
 KEPT_CLEAR = 0.8
 HALVES_TO = 6.5
@@ -73,7 +75,8 @@ def line_sizes(
         Standard deviation of the noise in the envelope's band that the signals do not hold, but the records that they
         are compared with do.
     doubted : bool
-        Whether deviations hold what neighbouring lines and orders may have left in a band.
+        Whether deviations hold what neighbouring lines and orders may have left in a band; else, in a simulation, lines
+        that the record is too short for are 0.
     carriers : ndarray (orders, samples), optional
         `carriers_of` the locked orders, where they are known already.
     """
@@ -98,7 +101,9 @@ def line_sizes(
         sizes[:, column], deviations[:, column] = size, np.where(unseen, np.inf, np.hypot(deviation, REPEATED * size))
         if not kind.envelope:
             bands[column] = frequency, half
-    if doubted:
+    if not doubted:
+        _leave_unresolved(sizes, orders, kinds, bands, MAIN_LOBE * resolution)
+    else:
         _doubt_neighbours(sizes, deviations, bands, MAIN_LOBE * resolution)
         _doubt_beside_orders(sizes, deviations, bands, locked[0] * speed_hz, spectra[False], resolution)
     return sizes, deviations
@@ -110,6 +115,22 @@ def _envelope_power(left: np.ndarray, rate_hz: float, speed_hz: float, missing_n
     if missing_noise is not None:
         magnitude = mean_envelope_in_noise(magnitude, missing_noise[:, None])
     return line_power(magnitude - magnitude.mean(axis=1, keepdims=True))
+
+
+def _leave_unresolved(
+    sizes: np.ndarray,
+    orders: Sequence[float],
+    kinds: Sequence[LineKind],
+    bands: dict[int, tuple[float, float]],
+    lobe_hz: float,
+) -> None:
+    """Set to 0, in place, lines so near the order that they stand beside that their band holds a part of it.
+
+    A simulated record is as long as the lines that its effects state need (`least_seconds`): these are not stated.
+    """
+    for column, (_, half) in bands.items():
+        if orders[column] and 0 < abs(kinds[column].frequency_hz) < half + lobe_hz:
+            sizes[:, column] = 0.0
 
 
 def _doubt_neighbours(
@@ -162,6 +183,11 @@ def least_seconds(order: float, kind: LineKind, speed_hz: float) -> float:
     if not frequency_hz:
         return 0.0
     periods = FEWEST_PERIODS / frequency_hz
+    if order and kind.frequency_hz:
+        # Nor of the order that it stands beside, where that does not wander into its band whatever the length.
+        beside = abs(kind.frequency_hz)
+        away = beside - WANDER * frequency_hz
+        periods = max(periods, (LEAST_BINS + MAIN_LOBE) / beside, MAIN_LOBE / away if away > APART * beside else 0.0)
     if kind.envelope or frequency_hz > HALVES_TO * speed_hz:
         return periods
     clear = _clear(frequency_hz, speed_hz)

@@ -95,15 +95,16 @@ def extended(
     for count in range(ROUNDS if repeats else 1):
         tell(f"what the model lacks when healthy, round {count + 1}")
         terms = lacking_terms(state.current, predictor, reference_rpm=reference_rpm, only=only)
-        further = likely_terms(state.current, healthy, terms)
+        # Of what every machine has, slopes over sizes that are near 0 do not say what is needed: priors hold it there.
+        further = likely_terms(state.current, healthy, terms) if repeats else terms
         if not further:
             break
         # What slopes promise is not what is there; parameters that made up for it first go back to where they were.
         grown = state.changed((*state.terms, *further), healthy, predictor, afresh=not state.terms)
-        grown = _pruned(grown, healthy, predictor, speeds)
+        grown = _pruned(grown, healthy, predictor, speeds) if repeats else grown.afresh(healthy, predictor)
         if evidence(grown.current, healthy) < evidence(state.current, healthy) + TERM_GAIN:
             break
-        state = grown if repeats else grown.afresh(healthy, predictor)
+        state = grown
     before = _missed(found, healthy)
     if _missed(state.current, healthy) > MUCH_LESS * before:
         # What the evidence asks for there are small lines; what is missed is something else. Unbalance and forces that

@@ -2,7 +2,13 @@
 
 import numpy as np
 import pytest
-from rotorwise.diagnose.gap.line_sizes import envelope_noise, high_envelope, line_sizes, mean_envelope_in_noise
+from rotorwise.diagnose.gap.line_sizes import (
+    envelope_noise,
+    high_envelope,
+    least_seconds,
+    line_sizes,
+    mean_envelope_in_noise,
+)
 from rotorwise.diagnose.gap.lines import LineKind
 
 RATE_HZ, SPEED_HZ, SAMPLES = 5000.0, 25.0, 20000
@@ -92,6 +98,27 @@ def test_a_band_beside_a_larger_line_says_little():
     assert size[1] > 0.01
     assert deviation[0] < 0.1
     assert deviation[1] > 0.29
+
+
+@pytest.mark.parametrize("beside", [-5.0, 5.0])
+def test_a_short_simulation_has_no_line_beside_a_mesh_of_which_it_shows_the_skirt(beside):
+    swing, kind = 0.2, LineKind(phase=False, frequency_hz=beside)
+    least = least_seconds(23.0, kind, SPEED_HZ)
+    for duration_s, expected in ((0.7, 0.0), (least, swing / 2)):
+        part = slice(round(duration_s * RATE_HZ) + 1)
+        angle = 2 * np.pi * TURNS[part]
+        found = line_sizes(
+            ((1 + swing * np.cos(2 * np.pi * 5.0 * TIME_S)[part]) * np.cos(23 * angle))[None],
+            rate_hz=RATE_HZ,
+            turns=TURNS[part],
+            locked=(LOCKED, np.zeros((1, 3), dtype=complex)),
+            orders=[23.0],
+            kinds=[kind],
+            accelerations=[True],
+            doubted=False,
+        )[0]
+        # At that length the floor beside the line holds some of the mesh's skirt; sizes are compared to a half.
+        assert found[0, 0] == pytest.approx(expected, rel=0.2)
 
 
 def test_an_envelope_in_noise_has_the_mean_of_rice():
