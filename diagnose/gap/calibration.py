@@ -80,11 +80,11 @@ def settled(
 ) -> Baseline:
     """Return a linearised machine with its parameters where the healthy lines put them; see `calibrated`."""
     repeats = predictor.repeats(machine)
-    error = np.maximum(model_error(current.lines), _out_of_reach(current, healthy))
+    error = np.maximum(model_error(current.lines), out_of_reach(current, healthy))
     damping = DAMPING
     for count in range(MOST_STEPS if repeats else MOST_STEPS_IN_TIME):
         tell(f"calibration, step {count + 1}")
-        wide = np.maximum(error, _size_error(current, healthy))
+        wide = np.maximum(error, size_error(current, healthy))
         trial, gained, damping = _step(current, machine, healthy, predictor, wide, damping)
         if trial is None:
             break
@@ -95,7 +95,7 @@ def settled(
     return current
 
 
-def _out_of_reach(current: Baseline, healthy: OrderLines) -> np.ndarray:
+def out_of_reach(current: Baseline, healthy: OrderLines) -> np.ndarray:
     """Return the size of those healthy lines, (probes, orders), that no values of the uncertain parameters make.
 
     A fit would bend all others for them.
@@ -108,7 +108,7 @@ def _out_of_reach(current: Baseline, healthy: OrderLines) -> np.ndarray:
     return np.where(size > OUT_OF_REACH**2 * reach, rms, 0.0)
 
 
-def _size_error(current: Baseline, healthy: OrderLines) -> np.ndarray:
+def size_error(current: Baseline, healthy: OrderLines) -> np.ndarray:
     """Return by how much sizes of lines without phase are off, (conditions, probes, orders): about as all of them are.
 
     A share of the larger one of a measured and a simulated size: sizes are predicted to a factor, and one that is three

@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 from rotorwise.diagnose.gap.baseline import Baseline, error_covariance, linearised, model_error, start
-from rotorwise.diagnose.gap.calibration import calibrated, left_variance, objective, residual_error
+from rotorwise.diagnose.gap.calibration import (
+    calibrated,
+    left_variance,
+    objective,
+    out_of_reach,
+    residual_error,
+    size_error,
+)
 from rotorwise.diagnose.gap.healthy_machine import healthy_machine
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
 from rotorwise.diagnose.gap.predict import Predictor
@@ -81,6 +88,39 @@ def test_a_pulse_at_the_model_s_zero_stays_there():
         healthy_machine(machine, _healthy(predictor, seed=3, **OFF), predictor, reference_rpm=SPEEDS_RPM[-1]).pulse_rad
         == 0.0
     )
+
+
+def test_a_line_that_no_parameter_makes_bends_none():
+    # Lines of 1, moved by 0.1 by a deviation of the one parameter; the third order is 0, and nothing moves it by much.
+    slopes = 0.1 * np.ones((1, 2, 1, 3), dtype=complex)
+    slopes[..., 2] = 1e-3
+    made, one = np.array([[[1.0, 1.0, 0.0]]] * 2, dtype=complex), np.ones(1)
+    machine = Baseline(None, (None,), 0 * one, 0 * one, one > 0, made, slopes, one, 0 * one, 0 * one)
+    conditions = (Condition(1000.0), Condition(2000.0))
+    lines = np.array([[[1.2, 5.0, 0.3j]]] * 2)
+    healthy = OrderLines(conditions, ("a",), (1.0, 2.0, 3.0), lines, np.full(lines.shape, 1e-3))
+    assert out_of_reach(machine, healthy) == pytest.approx(np.array([[0.0, 0.0, 0.3 / np.sqrt(2)]]))
+
+
+@pytest.mark.parametrize("factor", [1 / 3, 3.0])
+def test_a_size_too_small_by_a_factor_is_as_far_off_as_one_too_large(factor):
+    lines, one = np.full((2, 1, 2), 2.0, dtype=complex), np.zeros(0)
+    machine = Baseline(None, (), one, one, one > 0, factor * lines, lines[:0][None][:0], one, one, one)
+    kinds = (LineKind(phase=False), LineKind())
+    conditions = (Condition(1000.0), Condition(2000.0))
+    healthy = OrderLines(conditions, ("a",), (23.0, 1.0), lines, np.full(lines.shape, 1e-9), kinds)
+    found = size_error(machine, healthy)
+    # Two thirds of the larger one, the miss itself; nothing of lines with phase.
+    assert found[..., 0] == pytest.approx(np.abs(factor - 1) * 2.0)
+    assert (found[..., 1] == 0).all()
+
+
+def test_sizes_that_are_right_count_as_they_are_measured():
+    lines, one = np.full((2, 1, 1), 2.0, dtype=complex), np.zeros(0)
+    machine = Baseline(None, (), one, one, one > 0, lines, lines[:0][None][:0], one, one, one)
+    healthy = OrderLines((Condition(1000.0), Condition(2000.0)), ("a",), (23.0,), lines, np.full(lines.shape, 1e-9),
+                         (LineKind(phase=False),))  # fmt: skip
+    assert size_error(machine, healthy) == pytest.approx(0.1 * 2.0)
 
 
 def test_lines_without_phase_and_untied_conditions_do_not_turn():
