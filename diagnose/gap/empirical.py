@@ -135,7 +135,7 @@ def forces_of(
         f"{joined_words(lines)} {'is' if len(lines) == 1 else 'are'} left over and shown; {why}."
         for lines, why in (
             (broken, "a force is added for whole orders of the shaft only"),
-            (not_described, "no force at one place describes this: none is added"),
+            (not_described, "no force at one place that grows with a power of the speed describes this: none is added"),
         )
         if lines
     ]

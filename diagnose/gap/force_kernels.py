@@ -17,7 +17,7 @@ import numpy as np
 
 from ...simulators.machine import Machine
 from .baseline import similarity
-from .force_transfer import FORCES, force_places, force_transfer
+from .force_transfer import FORCES, force_places, force_transfer, places_across, transfer_across
 from .predict import Predictor
 
 #: Directions of moments that tilt a shaft.
@@ -61,6 +61,8 @@ class ForceKernel:
 def force_kernels(machine: Machine, predictor: Predictor) -> tuple[ForceKernel, ...]:
     """Return the kernels of forces at all places, then of those at each place that the probes can tell from others.
 
+    One place is the two halves of a flexible coupling, which push each other in every way.
+
     Forces at different places are independent, and so are those in different directions. All forces and moments come
     once more as ones that turn. Not so those at one place: that is what known effects are (an unbalance, a misaligned
     coupling), and what one of them does is not unknown.
@@ -71,7 +73,8 @@ def force_kernels(machine: Machine, predictor: Predictor) -> tuple[ForceKernel, 
     anywhere = [forces.lines, np.concatenate([turning.lines, tilting.as_large_as(turning).lines], axis=-1)]
     found = [ForceKernel("", own, law) for own in anywhere for law in laws if own.size]
     seen: list[np.ndarray] = []
-    for place, own in [one for moved in (forces, moments) for one in moved.each()]:
+    across = _across(machine, predictor)
+    for place, own in [one for moved in (forces, moments, across) for one in moved.each()]:
         kernels = [ForceKernel(place, own, law) for law in laws]
         smooth = np.stack([kernels[0].lines(order) for order in range(len(predictor.orders))])
         largest = float(np.abs(smooth).max())
@@ -80,6 +83,17 @@ def force_kernels(machine: Machine, predictor: Predictor) -> tuple[ForceKernel, 
         seen.append(smooth / largest)
         found += kernels
     return tuple(found)
+
+
+def turning_kernels(machine: Machine, predictor: Predictor) -> tuple[ForceKernel, ...]:
+    """Return the kernels of forces that turn with the shaft, at each place and between the halves of couplings."""
+    forces, across = _Moved.by(machine, predictor, FORCES), _across(machine, predictor)
+    turning = [one for moved in (forces, across) for one in moved.turning(("x", "y")).each()]
+    return tuple(ForceKernel(place, own, law) for place, own in turning for law in _laws(predictor))
+
+
+def _across(machine: Machine, predictor: Predictor) -> _Moved:
+    return _Moved(transfer_across(machine, predictor), tuple(places_across(machine))).in_one_unit(MOMENTS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +121,16 @@ class _Moved:
             return self
         scale = np.sqrt((np.abs(other.lines) ** 2).mean() / (np.abs(self.lines) ** 2).mean())
         return replace(self, lines=scale * self.lines)
+
+    def in_one_unit(self, ways: Sequence[str]) -> _Moved:
+        """Return them with some ways, of another unit, made as large as the others at each place."""
+        lines, own = self.lines.copy(), np.array([way in ways for _, way in self.acts], dtype=bool)
+        for name in self._names:
+            here = np.array([place == name for place, _ in self.acts], dtype=bool)
+            if (here & own).any() and (here & ~own).any():
+                some, others = ((np.abs(lines[..., here & which]) ** 2).mean() for which in (own, ~own))
+                lines[..., here & own] *= np.sqrt(others / some) if some > 0 and others > 0 else 1.0
+        return replace(self, lines=lines)
 
     def each(self) -> list[tuple[str, np.ndarray]]:
         """Return the places, and the lines that forces there make."""

@@ -1,15 +1,18 @@
-"""What forces somewhere on a machine make of its lines, in each condition."""
+"""What forces somewhere on a machine, or between the two halves of a coupling, make of its lines in each condition."""
 
 from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from ...simulators.assembly import difference
 from ...simulators.errors import RotorwiseError
+from ...simulators.law import Direction
 from ...simulators.machine import Machine
+from ...simulators.rotor_dynamics.flexible_coupling import DIRECTIONS, FlexibleCoupling
 from ...simulators.solvers.small_forces import small_force_responses
 from .periodic import at_condition
 from .predict import FURTHER_HARMONICS, Predictor
@@ -28,6 +31,20 @@ def force_places(machine: Machine, ways: Sequence[str] = FORCES) -> list[tuple[s
     return [(place.name, way) for place in places for way in ways if way in place.directions]
 
 
+def places_across(machine: Machine) -> list[tuple[str, str]]:
+    """Return the same for equal and opposite forces on the two halves of flexible couplings."""
+    return [(name, way) for name, ways in _across(machine).items() for way in ways]
+
+
+def _across(machine: Machine) -> dict[str, dict[str, Direction]]:
+    found = {}
+    for name, part in machine.bare_assembly().components.items():
+        if isinstance(part, FlexibleCoupling):
+            ways = [way for way in DIRECTIONS if way in {*part.driven, *part.driving}]
+            found[name] = {way: difference(part.driven.get(way, {}), part.driving.get(way, {})) for way in ways}
+    return found
+
+
 def force_transfer(machine: Machine, predictor: Predictor, ways: Sequence[str] = FORCES) -> np.ndarray:
     """Return the probes' lines of unit forces, shape (2, conditions, orders, probes, forces) as `force_places`.
 
@@ -35,21 +52,43 @@ def force_transfer(machine: Machine, predictor: Predictor, ways: Sequence[str] =
     other. At half orders up to `HIGHEST` as small forces beside the machine's own motion; at other orders, and where
     that motion does not repeat with the shaft, by the machine's mean matrices.
     """
+
+    def where(loaded: Machine) -> list[Direction]:
+        places = loaded.bare_assembly().places
+        return [places[name].directions[way] for name, way in force_places(loaded, ways)]
+
+    return _transfer(machine, predictor, where)
+
+
+def transfer_across(machine: Machine, predictor: Predictor) -> np.ndarray:
+    """Return the same of unit forces, and moments, as `places_across`."""
+
+    def where(loaded: Machine) -> list[Direction]:
+        return [direction for ways in _across(loaded).values() for direction in ways.values()]
+
+    return _transfer(machine, predictor, where)
+
+
+def _transfer(machine: Machine, predictor: Predictor, where: Callable[[Machine], list[Direction]]) -> np.ndarray:
     orders, found = np.array(predictor.orders), []
     is_half = np.abs(TURNS * orders - np.round(TURNS * orders)) < 1e-9
     halves = np.flatnonzero(is_half & (orders > 0) & (orders <= HIGHEST))
     for index in range(len(predictor.conditions)):
-        mean = _by_mean_matrices(machine, predictor, index, ways)
+        mean = _by_mean_matrices(machine, predictor, index, where)
         own = np.stack([mean, 1j * mean])
         if halves.size and mean.size:
             with contextlib.suppress(RotorwiseError):
-                own[:, halves] = _beside_motion(machine, predictor, index, ways, orders[halves])
+                own[:, halves] = _beside_motion(machine, predictor, index, where, orders[halves])
         found.append(own)
     return np.stack(found, axis=1)
 
 
 def _beside_motion(
-    machine: Machine, predictor: Predictor, index: int, ways: Sequence[str], orders: np.ndarray
+    machine: Machine,
+    predictor: Predictor,
+    index: int,
+    where: Callable[[Machine], list[Direction]],
+    orders: np.ndarray,
 ) -> np.ndarray:
     """Return the same in one condition, (2, orders, probes, forces), as small forces beside the machine's motion."""
     condition = predictor.conditions[index]
@@ -57,7 +96,7 @@ def _beside_motion(
     parts = loaded.bare_assembly()
     found = small_force_responses(
         loaded,
-        [parts.places[name].directions[way] for name, way in force_places(loaded, ways)],
+        where(loaded),
         speeds_rpm=[condition.speed_rpm],
         harmonics=math.ceil(orders.max()) + FURTHER_HARMONICS,
         revolutions=TURNS,
@@ -67,13 +106,14 @@ def _beside_motion(
     return found[:, 0][:, np.round(TURNS * orders).astype(int)][:, :, rows]
 
 
-def _by_mean_matrices(machine: Machine, predictor: Predictor, index: int, ways: Sequence[str]) -> np.ndarray:
+def _by_mean_matrices(
+    machine: Machine, predictor: Predictor, index: int, where: Callable[[Machine], list[Direction]]
+) -> np.ndarray:
     """Return the probes' lines per unit force in one condition, shape (orders, probes, forces)."""
     condition = predictor.conditions[index]
     loaded = at_condition(machine, condition)
     system = loaded.system(speed_rpm=condition.speed_rpm)
-    places = loaded.bare_assembly().places
-    directions = [places[name].directions[way] for name, way in force_places(loaded, ways)]
+    directions = where(loaded)
     columns = np.zeros((system.states, len(directions)))
     count = len(system.coordinates)
     inverse = np.linalg.inv(system.mass_matrix)

@@ -98,15 +98,8 @@ def _most_probable(
 ) -> tuple[float, np.ndarray, float] | None:
     """Return what the best kernel adds to the evidence of one order, less its price, its covariance, and the price."""
     lines = compared.lines
-    here = np.zeros(compared.seen.shape, dtype=bool)
-    here[:, :, order] = True
-    rows = np.flatnonzero(np.concatenate([here[part] for part in lines.parts]))
-    if not rows.size:
-        return None
-    own = compared.covariance[np.ix_(rows, rows)]
-    inverse = np.linalg.inv(np.linalg.cholesky(own + JITTER * np.diag(np.diag(own))))
-    white, largest = inverse @ residual[rows], float(np.abs(residual[rows]).max())
-    if white @ white < rows.size + STANDS_OUT * math.sqrt(2 * rows.size):
+    one = _one_order(compared, residual, order)
+    if one is None or one.white @ one.white < one.rows.size + STANDS_OUT * math.sqrt(2 * one.rows.size):
         return None
     options = [(_line_kernel(compared), 1 / 3 if kernels and lines.kinds[order].phase else 1.0)]
     if lines.kinds[order].phase:
@@ -115,14 +108,51 @@ def _most_probable(
         options += [(passed * kernel.lines(order), share) for kernel, share in zip(kernels, shares, strict=True)]
     found = []
     for number, (kernel, share) in enumerate(options):
-        block = _stacked(compared, order, kernel) * largest**2
-        gain, size = _best_size(white, inverse @ block @ inverse.T)
+        block = _stacked(compared, order, kernel) * one.largest**2
+        gain, size = _best_size(one.white, one.inverse @ block @ one.inverse.T)
         price = math.log(SIZES.size / share)
         found.append((gain - price, -number, size * block, price))
     gain, _, block, price = max(found, key=lambda one: one[:2])
     whole = np.zeros_like(compared.covariance)
-    whole[np.ix_(rows, rows)] = block
+    whole[np.ix_(one.rows, one.rows)] = block
     return gain, whole, price
+
+
+@dataclass(frozen=True, eq=False)
+class _OneOrder:
+    """What is left of one order: its rows among the stacked lines, whitened by the inverse factor of its covariance."""
+
+    rows: np.ndarray
+    inverse: np.ndarray
+    white: np.ndarray
+    largest: float
+
+
+def _one_order(compared: Comparison, residual: np.ndarray, order: int) -> _OneOrder | None:
+    here = np.zeros(compared.seen.shape, dtype=bool)
+    here[:, :, order] = True
+    rows = np.flatnonzero(np.concatenate([here[part] for part in compared.lines.parts]))
+    if not rows.size:
+        return None
+    own = compared.covariance[np.ix_(rows, rows)]
+    inverse = np.linalg.inv(np.linalg.cholesky(own + JITTER * np.diag(np.diag(own))))
+    return _OneOrder(rows, inverse, inverse @ residual[rows], float(np.abs(residual[rows]).max()))
+
+
+def gain_at_places(compared: Comparison, kernels: Sequence[ForceKernel], order: int) -> dict[str, float]:
+    """Return by how much forces at each place, at their best size and law, raise the evidence of one order.
+
+    "" stands for forces at all places; nothing where the order has no phase or is not seen.
+    """
+    one = _one_order(compared, compared.factor @ compared.residual, order)
+    if one is None or not compared.lines.kinds[order].phase:
+        return {}
+    passed, found = _as_it_passes(compared, order), {}
+    for kernel in kernels:
+        block = _stacked(compared, order, passed * kernel.lines(order)) * one.largest**2
+        gain, _ = _best_size(one.white, one.inverse @ block @ one.inverse.T)
+        found[kernel.at] = max(found.get(kernel.at, -math.inf), gain)
+    return found
 
 
 def _joint(compared: Comparison, residual: np.ndarray, added: np.ndarray) -> tuple[float, np.ndarray]:

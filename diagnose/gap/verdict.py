@@ -18,6 +18,7 @@ from .evidence import Comparison
 from .form_words import form_words
 from .gain import explained
 from .judged import judged
+from .located import located_words
 from .mirrored import with_mirror_images
 from .model_form import form_of
 from .next_measurement import next_measurement
@@ -142,6 +143,7 @@ def _own_remarks(
     if nameless and posterior.opposed:
         said.append(not_named_words(posterior.opposed[0], here))
     elif nameless:
+        said += located_words(posterior.compared, posterior.unknown, here.baseline.machine, here.predictor)
         said += closest_words(posterior.fits, posterior.none)
     for rival in rivals:
         if rival.candidates:
