@@ -36,7 +36,7 @@ class EmpiricalMesh(Effect):
 
     A part of the healthy machine, never a cause: what tooth profiles, deflections and the contact's compliance are in
     truth, no model of a mesh knows to much better than a tenth. An error is a displacement: its lines do not grow with
-    the load; those of a stiffness do.
+    the load; those of a stiffness do. With speed both grow as the gears' resonances have it.
     """
 
     NAME = "empirical_mesh"

@@ -100,23 +100,9 @@ def test_an_imperfection_beside_the_orders_is_below_detectability_too() -> None:
     assert scene.d2(runs, loud, quiet_runs, machine, [effect]) > 1000.0
 
 
-def test_with_the_pulse_anywhere_only_the_tacho_is_another() -> None:
-    # Of the rigidly coupled rotors no angle of their own is any.
-    plain, turned = (make_case("rigid_coupling", number=3, seed=5, snr_db=30, anywhere=any_) for any_ in (False, True))
-    for one, other in zip((*plain.campaign.recordings, *plain.campaign.baseline),
-                          (*turned.campaign.recordings, *turned.campaign.baseline), strict=True):  # fmt: skip
-        assert np.array_equal(one.signals[:-1], other.signals[:-1])
-        assert not np.array_equal(one.signals[-1], other.signals[-1])
-        # All pulses are late, or early, by the same share of a turn.
-        high = [run.signals[-1] > 0.5 * run.signals[-1].max() for run in (one, other)]
-        edges = [np.flatnonzero(own[1:] & ~own[:-1]) for own in high]
-        assert abs(len(edges[0]) - len(edges[1])) <= 1
-        late = (edges[1][1:-1] - edges[0][1 : edges[1].size - 1]) / np.diff(edges[0]).mean()
-        assert np.ptp(late) < 0.1
-
-
 def test_with_angles_anywhere_the_own_unbalance_is_another() -> None:
-    plain, turned = (make_case("amb_rotor", number=3, seed=5, snr_db=30, anywhere=any_) for any_ in (False, True))
+    # A trial in which nothing is hidden.
+    plain, turned = (make_case("amb_rotor", number=7, seed=5, snr_db=30, anywhere=any_) for any_ in (False, True))
     assert plain.campaign.baseline[0].condition == turned.campaign.baseline[0].condition
     assert not np.allclose(plain.campaign.baseline[0].signals[:-1], turned.campaign.baseline[0].signals[:-1], rtol=0.1)
 
@@ -188,8 +174,13 @@ def test_a_channel_that_stands_still_has_the_noise_of_its_sensor() -> None:
     assert noise_of(run, 30.0) == pytest.approx([1e-9])
 
 
-def test_record_agrees_with_harmonic_balance() -> None:
-    """Time stepping, chain and tacho against the frequency domain, which knows nothing of them."""
+# A turn is 36 samples, and the tacho's level is known to a sixteenth of one: the edge falls on such a part.
+@pytest.mark.parametrize("pulse_rad", [0.0, -2 * math.pi / 3])
+def test_record_agrees_with_harmonic_balance(pulse_rad: float) -> None:
+    """Time stepping, chain and tacho against the frequency domain, which knows nothing of them.
+
+    Angles count from the pulse, which comes when the machine has turned by so much.
+    """
     machine, how = (
         find_machine("amb_rotor").with_effects(Unbalance(moment_kg_m=2e-4, angle_rad=0.7)),
         RANGES["amb_rotor"],
@@ -197,15 +188,17 @@ def test_record_agrees_with_harmonic_balance() -> None:
     setting = Setting(3000.0, None, 0.4)
     run = motions([machine], [setting], how)[0][0]
     gains = np.array([1.0, 1.02, 1.0, 0.99])
-    found = recording(run, machine, setting, how, gains=gains, snr_db=60.0, turns=60.0, seed=1, stream=0)
+    chain = {"gains": gains, "snr_db": 60.0, "turns": 60.0, "pulse_rad": pulse_rad}
+    found = recording(run, machine, setting, how, **chain, seed=1, stream=0)
     tacho = found.signals[-1]
     rises = np.flatnonzero((tacho[1:] >= 0.5) & (tacho[:-1] < 0.5))
-    edges = rises + (0.5 - tacho[rises]) / (tacho[rises + 1] - tacho[rises])
+    # Each sample is the mean over its length: what two of them hold of the high level says where in them it begins.
+    edges = rises + 1.5 - tacho[rises] - tacho[rises + 1]
     turns = np.polyval(np.polyfit(edges, np.arange(edges.size), 1), np.arange(tacho.size))
     lines = lines_of(found.signals[:-1], 2 * math.pi * turns, ORDERS, rate_hz=found.rate_hz).amplitudes
     motion = harmonic_balance(machine, speed_rpm=3000.0, harmonics=6)
     for order in (1, 2, 3):
-        expected = gains * motion.amplitudes[:4, order]
+        expected = gains * motion.amplitudes[:4, order] * np.exp(1j * order * pulse_rad)
         assert np.abs(lines[:, 2 * order - 1] - expected).max() < 0.005 * np.abs(motion.amplitudes[:4, 1]).max()
 
 

@@ -59,7 +59,14 @@ JSON_NAMES = {
 
 
 def made_case(
-    machine: str, *, number: int, seed: int, snr_db: float, family: str, wrong_form: float = 0.0
+    machine: str,
+    *,
+    number: int,
+    seed: int,
+    snr_db: float,
+    family: str,
+    wrong_form: float = 0.0,
+    anywhere: bool = False,
 ) -> TrialCase:
     kind, names, sizes = TEN[number % len(TEN)]
     hidden = tuple(Hidden(make_effect(name, {}), size) for name, size in zip(names, sizes, strict=True))
@@ -181,11 +188,13 @@ def test_an_engine_that_fails_ends_no_run() -> None:
     assert outcome.error == "ZeroDivisionError: a bug in the engine"
 
 
-def test_a_wrong_form_reaches_the_cases_and_as_given_the_engine(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_wrong_form_and_angles_anywhere_reach_the_cases_and_as_given_the_engine(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     shares, orders = [], []
 
-    def noted(machine: str, *, wrong_form: float = 0.0, **draw: Any) -> TrialCase:
-        shares.append(wrong_form)
+    def noted(machine: str, *, wrong_form: float = 0.0, anywhere: bool = False, **draw: Any) -> TrialCase:
+        shares.append((wrong_form, anywhere))
         return made_case(machine, **draw)
 
     def told(campaign: Campaign, machine: Any, *, as_given: bool = False, **how: Any) -> GapResult:
@@ -193,9 +202,11 @@ def test_a_wrong_form_reaches_the_cases_and_as_given_the_engine(monkeypatch: pyt
         return says_none(campaign, machine, **how)
 
     monkeypatch.setattr(run, "make_case", noted)
-    for trials in (TRIALS, replace(TRIALS, wrong_form=0.15), replace(TRIALS, wrong_form=0.15, as_given=True)):
+    wrong = replace(TRIALS, wrong_form=0.15)
+    for trials in (TRIALS, wrong, replace(wrong, as_given=True), replace(TRIALS, anywhere=True)):
         assert not run_trials(trials, 1, told)[0].error
-    assert (shares, orders) == ([0.0, 0.15, 0.15], [False, False, True])
+    assert shares == [(0.0, False), (0.15, False), (0.15, False), (0.0, True)]
+    assert orders == [False, False, True, False]
 
 
 # ---- theory: single rules ----
