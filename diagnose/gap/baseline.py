@@ -27,9 +27,6 @@ MODEL_ERROR = 0.01
 REFERENCE_RPM = 1000.0
 #: Change of speed, and of load, over which the model error changes much.
 ERROR_LENGTH_SPEED, ERROR_LENGTH_LOAD = 0.2, 0.5
-#: The same for sizes of lines without phase: at high orders they pass through resonances, of which one with 2.5 % of
-#: damping is this wide.
-ERROR_LENGTH_OF_SIZES = 0.05
 #: Relative change of a machine's parameters, and of the probes' gains, between healthy and later recordings.
 DRIFT, GAIN_DRIFT = 0.005, 0.002
 #: Standard deviation, in rad, that stands for a free angle.
@@ -299,13 +296,13 @@ class ModelError:
         At `REFERENCE_RPM`.
     growth : ndarray (probes, orders)
         Power of the speed.
-    length : float or ndarray (orders,)
+    length : float
         Relative change of speed over which they change much.
     """
 
     deviation: np.ndarray
     growth: np.ndarray
-    length: float | np.ndarray = ERROR_LENGTH_SPEED
+    length: float = ERROR_LENGTH_SPEED
 
     def at(self, conditions: Sequence[Condition]) -> np.ndarray:
         """Return the deviation in each condition, shape (conditions, probes, orders)."""
@@ -333,9 +330,7 @@ def error_covariance(
         Relative change of speed over which it changes much; a ModelError has its own.
     """
     known = isinstance(error, ModelError)
-    lengths = np.broadcast_to(error.length if known else length, parts.shape[-1:])
-    alike = {float(one): similarity(conditions, float(one)) for one in np.unique(lengths)}
-    kernel = np.stack([alike[float(one)] for one in lengths])
+    kernel = similarity(conditions, error.length if known else length)
     each = error.at(conditions) if known else np.broadcast_to(error, parts.shape[1:])
     real, imaginary = (_error_block(kernel, each, seen) for seen in parts)
     zero = np.zeros((real.shape[0], imaginary.shape[0]))
@@ -345,7 +340,7 @@ def error_covariance(
 def _error_block(kernel: np.ndarray, error: np.ndarray, seen: np.ndarray) -> np.ndarray:
     condition, probe, order = np.nonzero(seen)
     same = (probe[:, None] == probe[None, :]) & (order[:, None] == order[None, :])
-    return same * kernel[order[:, None], condition[:, None], condition[None, :]] * np.outer(error[seen], error[seen])
+    return same * kernel[np.ix_(condition, condition)] * np.outer(error[seen], error[seen])
 
 
 def similarity(conditions: tuple[Condition, ...], length: float = ERROR_LENGTH_SPEED) -> np.ndarray:

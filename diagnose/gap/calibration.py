@@ -13,8 +13,6 @@ import numpy as np
 
 from ...simulators.machine import Machine
 from .baseline import (
-    ERROR_LENGTH_OF_SIZES,
-    ERROR_LENGTH_SPEED,
     REFERENCE_RPM,
     Baseline,
     ModelError,
@@ -212,18 +210,7 @@ def residual_error(current: Baseline, healthy: OrderLines) -> ModelError:
             chosen, growth = np.where(better, variance, chosen), np.where(better, exponent, growth)
     usual = model_error(current.lines) ** 2 / np.exp(np.log(speeds).mean()) ** (2 * growth)
     found = ModelError(np.sqrt(np.maximum(chosen, usual)), growth)
-    return replace(found, length=_lengths(healthy, left, noise, found))
-
-
-def _lengths(healthy: OrderLines, left: np.ndarray, noise: np.ndarray, error: ModelError) -> np.ndarray:
-    """Return for each order over which change of speed what is missed changes much: with phase, and of sizes."""
-    phase = np.array([kind.phase for kind in healthy.kinds])
-    found = np.where(phase, ERROR_LENGTH_SPEED, ERROR_LENGTH_OF_SIZES)
-    for own, usual in ((phase, ERROR_LENGTH_SPEED), (~phase, ERROR_LENGTH_OF_SIZES)):
-        if own.any():
-            part = ModelError(error.deviation[:, own], error.growth[:, own])
-            found[own] = length_of(healthy.conditions, left[..., own], noise[..., own], part, usual=usual)
-    return found
+    return replace(found, length=length_of(healthy.conditions, left, noise, found))
 
 
 def left_variance(current: Baseline, healthy: OrderLines) -> np.ndarray:

@@ -12,18 +12,11 @@ from .baseline import ERROR_LENGTH_SPEED, ModelError, similarity
 from .lines import Condition
 
 #: Changes of speed that are tried, and by how much the logarithm of the likelihood must rise to leave the usual one.
-LENGTHS = (0.2, 0.1, 0.05, 0.025, 0.0125)
+LENGTHS = (0.1, 0.05, 0.025, 0.0125)
 LEAST_RISE = 5.0
 
 
-def length_of(
-    conditions: tuple[Condition, ...],
-    left: np.ndarray,
-    noise: np.ndarray,
-    error: ModelError,
-    *,
-    usual: float = ERROR_LENGTH_SPEED,
-) -> float:
+def length_of(conditions: tuple[Condition, ...], left: np.ndarray, noise: np.ndarray, error: ModelError) -> float:
     """Return the change of speed over which what a model misses of healthy lines changes much.
 
     Parameters
@@ -35,10 +28,8 @@ def length_of(
         Variance of the real part and of the imaginary part; infinite where a line is not seen.
     error : ModelError
         Its size.
-    usual : float
-        What it is where the lines do not tell.
     """
-    found, best = usual, _likelihood(conditions, left, noise, error, usual) + LEAST_RISE
+    found, best = ERROR_LENGTH_SPEED, _likelihood(conditions, left, noise, error, ERROR_LENGTH_SPEED) + LEAST_RISE
     for length in LENGTHS:
         own = _likelihood(conditions, left, noise, error, length)
         if own > best:

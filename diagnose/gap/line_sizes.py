@@ -75,8 +75,7 @@ def line_sizes(
         Standard deviation of the noise in the envelope's band that the signals do not hold, but the records that they
         are compared with do.
     doubted : bool
-        Whether deviations hold what neighbouring lines and orders may have left in a band; else, in a simulation, lines
-        that the record is too short for are 0.
+        Whether deviations hold what neighbouring lines and orders may have left in a band.
     carriers : ndarray (orders, samples), optional
         `carriers_of` the locked orders, where they are known already.
     """
@@ -101,9 +100,7 @@ def line_sizes(
         sizes[:, column], deviations[:, column] = size, np.where(unseen, np.inf, np.hypot(deviation, REPEATED * size))
         if not kind.envelope:
             bands[column] = frequency, half
-    if not doubted:
-        _leave_unresolved(sizes, orders, kinds, bands, MAIN_LOBE * resolution)
-    else:
+    if doubted:
         _doubt_neighbours(sizes, deviations, bands, MAIN_LOBE * resolution)
         _doubt_beside_orders(sizes, deviations, bands, locked[0] * speed_hz, spectra[False], resolution)
     return sizes, deviations
@@ -115,22 +112,6 @@ def _envelope_power(left: np.ndarray, rate_hz: float, speed_hz: float, missing_n
     if missing_noise is not None:
         magnitude = mean_envelope_in_noise(magnitude, missing_noise[:, None])
     return line_power(magnitude - magnitude.mean(axis=1, keepdims=True))
-
-
-def _leave_unresolved(
-    sizes: np.ndarray,
-    orders: Sequence[float],
-    kinds: Sequence[LineKind],
-    bands: dict[int, tuple[float, float]],
-    lobe_hz: float,
-) -> None:
-    """Set to 0, in place, lines so near the order that they stand beside that their band holds a part of it.
-
-    A simulated record is as long as the lines that its effects state need (`least_seconds`): these are not stated.
-    """
-    for column, (_, half) in bands.items():
-        if orders[column] and 0 < abs(kinds[column].frequency_hz) < half + lobe_hz:
-            sizes[:, column] = 0.0
 
 
 def _doubt_neighbours(

@@ -34,7 +34,7 @@ from .stepped import (
     stepped_key,
     superposed,
 )
-from .wanted_lines import least_lengths
+from .wanted_lines import least_lengths, unstated_beside
 
 #: Harmonics above the highest order looked at: parametric effects couple neighbours.
 FURTHER_HARMONICS = 2
@@ -305,6 +305,8 @@ class Predictor:
                 kinds=self.kinds,
                 missing_noise=None if self.noise is None else self.noise[index][rows],
             )
+        # A simulation is shorter than a record, and shows the skirt of the order there.
+        found[:, unstated_beside(machine, self.orders, self.kinds)] = 0.0
         return found
 
     def _superposed(self, key: str, machine: Machine, base: Machine | None) -> bool:

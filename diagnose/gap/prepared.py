@@ -136,10 +136,7 @@ def put_together(
     if found and found.errors and healthy_predictor:
         baseline, at_calibration = _doubted(found.errors, baseline, predictor, at_calibration, healthy_predictor)
     error = residual_error(at_calibration, healthy) if healthy else model_error(at_calibration.lines)
-    # By how much an effect is wrong is learnt from lines with phase.
-    phase = np.array([kind.phase for kind in measured.kinds])
-    lengths = error.length if isinstance(error, ModelError) else ERROR_LENGTH_SPEED
-    length = float(np.broadcast_to(lengths, phase.shape)[phase][0]) if phase.any() else ERROR_LENGTH_SPEED
+    length = error.length if isinstance(error, ModelError) else ERROR_LENGTH_SPEED
     probes = machine.bare_assembly().probes
     return Prepared(
         measured=measured,

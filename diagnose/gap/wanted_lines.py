@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from ...simulators.effect import Effect, Line, effect_catalogue
 from ...simulators.errors import InvalidValueError, RotorwiseError
 from ...simulators.machine import Machine
-from .line_sizes import least_seconds
+from .line_sizes import HALVES_TO, least_seconds
 from .lines import Condition, LineKind
 
 #: Always looked at: what shafts show, and the half orders of a nonlinear support.
@@ -105,6 +107,19 @@ def is_locked(line: Line) -> bool:
     """Return whether a line keeps its phase to the shaft."""
     turns = line.order / LOCKED_FRACTION
     return line.frequency_hz == 0 and abs(turns - round(turns)) < 1e-6
+
+
+def unstated_beside(machine: Machine, orders: Sequence[float], kinds: Sequence[LineKind]) -> np.ndarray:
+    """Return which lines stand a few Hz beside an order that is not taken off first (a gear mesh), shape (orders,).
+
+    None where some effect of the machine states lines at a fixed distance from an order.
+    """
+    away = [kind.frequency_hz != 0 and not kind.envelope for kind in kinds]
+    found = np.array(away, dtype=bool) & (np.array(orders) > HALVES_TO)
+    if not found.any():
+        return found
+    stated = [line for effect in machine.effects for line in effect.signature(machine)]
+    return found & (not any(line.order and line.frequency_hz for line in stated))
 
 
 def least_lengths(machine: Machine, conditions: Sequence[Condition]) -> tuple[float, ...]:

@@ -123,15 +123,6 @@ def test_sizes_that_are_right_count_as_they_are_measured():
     assert size_error(machine, healthy) == pytest.approx(0.1 * 2.0)
 
 
-def test_what_is_missed_of_sizes_changes_within_a_smaller_change_of_speed():
-    lines, one = np.full((3, 1, 2), 2.0, dtype=complex), np.zeros(0)
-    machine = Baseline(None, (), one, one, one > 0, 1.1 * lines, np.zeros((0, 3, 1, 2), dtype=complex), one, one, one)
-    conditions = (Condition(1000.0), Condition(1300.0), Condition(1700.0))
-    kinds = (LineKind(phase=False), LineKind())
-    healthy = OrderLines(conditions, ("a",), (23.0, 1.0), lines, np.full(lines.shape, 1e-3), kinds)
-    assert list(residual_error(machine, healthy).length) == [0.05, 0.2]
-
-
 def test_lines_without_phase_and_untied_conditions_do_not_turn():
     conditions = (Condition(1000.0), Condition(2000.0, tied=False))
     amplitudes = np.array([[[1.0 + 1.0j, 0.5]], [[2.0 - 1.0j, 0.3]]])

@@ -10,9 +10,11 @@ from rotorwise.diagnose.gap.evidence import Comparison
 from rotorwise.diagnose.gap.explain import observed
 from rotorwise.diagnose.gap.hypotheses import Candidate
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
+from rotorwise.diagnose.gap.predict import Predictor
 from rotorwise.diagnose.gap.shown_lines import may_show
 from rotorwise.diagnose.gap.transfer_error import none_of
 from rotorwise.diagnose.gap.wanted_lines import same_line, wanted_lines
+from rotorwise.simulators import gearbox
 from rotorwise.simulators.effect import effect_catalogue
 from rotorwise.simulators.errors import InvalidValueError
 from rotorwise.simulators.machine import find_machine
@@ -119,3 +121,15 @@ def test_recordings_whose_speed_only_the_tacho_tells_show_the_same_lines():
     assert found.orders == known.orders
     assert sum(kind.envelope for kind in found.kinds) > 5
     np.testing.assert_array_equal(found.amplitudes, known.amplitudes)
+
+
+def test_a_gearbox_has_no_line_beside_its_mesh_unless_an_effect_states_it() -> None:
+    # The record would hold 5 Hz beside the mesh clearly; the simulation is shorter and shows the mesh's own skirt.
+    kinds = (LineKind(phase=False), LineKind(phase=False, frequency_hz=-5.0))
+    predictor = Predictor(
+        (Condition(2190.0, 30.0),), ("accelerometer",), (23.0, 23.0), (12_800.0,), (64_000,), kinds, (0, 0)
+    )
+    swinging = gearbox.with_effects(effect_catalogue()["load_fluctuation"](torque_n_m=5.0, frequency_hz=5.0))
+    (((mesh, beside),),), (((_, swung),),) = (np.abs(predictor.amplitudes(one)) for one in (gearbox, swinging))
+    assert beside == 0.0
+    assert 1e-3 * mesh < swung < mesh
