@@ -2,9 +2,8 @@
 
 Springs stand between a support and the ground: alike or unlike in x and y, or cross-coupled, constant or growing with
 the speed or its square. An unbalance, a coupling's force, a gear's run-out has two strengths, its components; so has
-the error of all teeth at each multiple of the mesh. What acts on every
-machine of the kind (`Effect.PERMANENT`: gravity) may be there although the machine is given without it: a coupling
-whose stiffness turns makes lines of the sag.
+the error of all teeth at each multiple of the mesh. What acts on every machine of the kind (`Effect.PERMANENT`:
+gravity) may be there although the machine is given without it: a coupling whose stiffness turns makes lines of the sag.
 """
 
 from __future__ import annotations

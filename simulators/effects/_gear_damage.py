@@ -51,6 +51,15 @@ def tooth_of(assembly: Assembly, role: str, at: str, angle_rad: float) -> tuple[
     return mesh, teeth, round(angle_rad / (2 * math.pi) * teeth) % teeth, is_wheel
 
 
+def run_out_lines(machine: Machine, role: str, at: str) -> tuple[Line, ...]:
+    """Return the sidebands of the mesh, and the gear's own speed in the twist, of an error that goes once a turn."""
+    assembly = machine.bare_assembly()
+    ratio = assembly.place(role, at).shaft_ratio
+    mesh = assembly.component("mesh").mesh_order
+    lines = ((mesh + ratio, "any"), (mesh - ratio, "any"), (ratio, "torsion"))
+    return tuple(Line(order, direction, load_exponent=0.0) for order, direction in lines)
+
+
 def once_a_turn_lines(machine: Machine, role: str, at: str, *, load_exponent: float | None) -> tuple[Line, ...]:
     """Return the gear's own speed and multiples in the twist, then sidebands of the mesh, of a pulse once a turn."""
     assembly = machine.bare_assembly()

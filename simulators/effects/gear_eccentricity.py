@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..effect import Effect, Line
 from ..parameter import LogNormal, Uniform, parameter
+from ._gear_damage import run_out_lines
 
 if TYPE_CHECKING:
     from ..assembly import Assembly
@@ -68,8 +69,4 @@ class GearEccentricity(Effect):
 
     def signature(self, machine: Machine) -> tuple[Line, ...]:
         """Return the sidebands of the mesh and the gear's own speed."""
-        assembly = machine.bare_assembly()
-        ratio = assembly.place(self.ROLE, self.at).shaft_ratio
-        mesh = assembly.component("mesh").mesh_order
-        lines = ((mesh + ratio, "any"), (mesh - ratio, "any"), (ratio, "torsion"))
-        return tuple(Line(order, direction, load_exponent=0.0) for order, direction in lines)
+        return run_out_lines(machine, self.ROLE, self.at)
