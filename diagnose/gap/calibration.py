@@ -29,6 +29,7 @@ from .error_smoothness import length_of
 from .healthy_evidence import fitted
 from .lines import OrderLines, stacked
 from .predict import Predictor
+from .size_scale import at_most_once
 
 #: Steps, fewer where each is a simulation, and tries to find one that gains.
 MOST_STEPS, MOST_STEPS_IN_TIME, MOST_TRIES = 15, 6, 6
@@ -117,6 +118,7 @@ def size_error(current: Baseline, healthy: OrderLines) -> np.ndarray:
     phase = np.array([kind.phase for kind in healthy.kinds])
     own = healthy.seen & ~phase
     larger = np.where(own, np.maximum(np.abs(healthy.amplitudes), np.abs(current.lines)), 0.0)
+    larger = np.where(own, at_most_once(larger, healthy.knees), 0.0)
     told = own & (larger > SEEN * np.where(own, healthy.deviations, np.inf))
     if not told.any():
         return larger

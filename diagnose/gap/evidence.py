@@ -20,6 +20,7 @@ import numpy as np
 from .baseline import Baseline, ModelError, error_covariance, noise_covariance, shifted
 from .lines import OrderLines, joined, stacked, unstacked
 from .predict import Predictor
+from .size_scale import at_most_once
 from .transfer_error import TransferError, none_of
 from .whitening import Whitening, factor_of, lower_solved
 
@@ -270,6 +271,7 @@ def law_columns(compared: Comparison, response: np.ndarray, *, idealised: bool) 
     if not present.size:
         return np.zeros((0, compared.residual.size))
     law, apart = _tolerances(compared.lines, compared.inexact if idealised else 0.0)
+    response = at_most_once(response, compared.lines.knees)
     each = compared.whitening.of_probes(response)[:, present]
     whole = each.sum(axis=2)
     power = (whole**2).sum(axis=2)

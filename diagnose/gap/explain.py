@@ -33,6 +33,7 @@ from .screen import Atom, atoms_of
 from .screening import Screening, telling_conditions
 from .search import search
 from .shown_lines import may_show, standing_out
+from .size_scale import knees_of, on_scale
 from .struck_rhythm import Spectrum, envelopes_of, heard_beside, not_heard, of_a_rhythm
 from .verdict import told
 from .wanted_lines import STRUCK, wanted_lines
@@ -184,6 +185,10 @@ def prepare(
     own = _predictor(healthy, campaign.baseline, ranges) if healthy else None
     if healthy and own and predictor.noise is not None and own.noise is not None:
         predictor = replace(predictor, noise=not_of_the_fault(predictor.noise, measured, own.noise, healthy))
+    if not predictor.repeats(machine):
+        knees = knees_of(every)
+        measured, predictor = on_scale(measured, knees), replace(predictor, knees=knees)
+        healthy, own = healthy and on_scale(healthy, knees), own and replace(own, knees=knees)
     found = put_together(machine, measured, predictor, healthy, own, as_given=as_given, tell=tell)
     found = replace(found, waveform=waveform, flawed=flawed, found_lines=further, envelopes=envelopes)
     return replace(found, mended=put_back is not None)

@@ -18,6 +18,7 @@ from .predict import UnpredictableError
 from .refine import Fit
 from .result import Gain
 from .search import Posterior
+from .size_scale import at_most_once
 
 if TYPE_CHECKING:
     from .prepared import Prepared
@@ -103,6 +104,7 @@ def residual_power(problem: Problem, simulated: np.ndarray) -> float:
     seen = lines.seen
     phase = np.array([kind.phase for kind in lines.kinds])
     larger = np.where(phase, np.abs(lines.amplitudes), np.maximum(np.abs(lines.amplitudes), np.abs(simulated)))
+    larger = at_most_once(larger, lines.knees)
     scale = lines.deviations[seen] ** 2 + (np.where(phase, ACCURACY, ACCURACY_OF_SIZES) * larger)[seen] ** 2
     return float((np.abs(lines.amplitudes - simulated)[seen] ** 2 / scale).mean())
 

@@ -79,6 +79,8 @@ class OrderLines:
         One for each order; all with phase when not given.
     reference : tuple of int
         For each order, the number of the probe whose phase counts as 0 in conditions that are not tied.
+    knees : ndarray (probes, orders), optional
+        Of the scale on which sizes of lines without phase are (`size_scale.py`); they are in units when not given.
     """
 
     conditions: tuple[Condition, ...]
@@ -88,6 +90,7 @@ class OrderLines:
     deviations: np.ndarray
     kinds: tuple[LineKind, ...] = ()
     reference: tuple[int, ...] = ()
+    knees: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         count = len(self.orders)

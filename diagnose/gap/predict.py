@@ -24,6 +24,7 @@ from ...simulators.solvers.harmonic_balance import PeriodicMotion
 from ...simulators.solvers.simulate import Simulation
 from .lines import Condition, LineKind, phase_orders, turned_to_reference
 from .periodic import Moving, at_condition, motions_in
+from .size_scale import to_scale
 from .stepped import (
     Run,
     Stepped,
@@ -77,6 +78,8 @@ class Predictor:
         Standard deviation of what the recordings hold of noise in the band of the envelope; none when not given.
     full_scale : ndarray (probes,), optional
         Measuring range of each probe, one for all conditions; that of each motion when not given.
+    knees : ndarray (probes, orders), optional
+        Of the scale of sizes (`size_scale.py`); in units when not given.
     """
 
     conditions: tuple[Condition, ...]
@@ -88,6 +91,7 @@ class Predictor:
     reference: tuple[int, ...]
     noise: np.ndarray | None = None
     full_scale: np.ndarray | None = None
+    knees: np.ndarray | None = None
     evaluations: int = 0
     _known: dict[str, np.ndarray] = field(default_factory=dict)
     _failed: dict[str, str] = field(default_factory=dict)
@@ -157,7 +161,7 @@ class Predictor:
         return [key in self._known or key in self._failed for key in map(Machine.to_toml, machines)]
 
     def _keep(self, key: str, lines: np.ndarray) -> None:
-        self._known[key] = turned_to_reference(lines, self.conditions, self.reference)
+        self._known[key] = to_scale(turned_to_reference(lines, self.conditions, self.reference), self.knees)
 
     def select(self, chosen: Sequence[int]) -> Predictor:
         """Return the predictor of some of the conditions; it knows what this one knows."""
@@ -193,6 +197,7 @@ class Predictor:
             self.reference,
             None if self.noise is None else np.repeat(self.noise.mean(axis=0, keepdims=True), count, axis=0),
             self.full_scale,
+            self.knees,
             _spoiling=self._spoiling,
         )
 

@@ -30,6 +30,7 @@ from .refine import Fit
 from .result import Cause, Estimate, Gain, GapResult, ResidualLine, Score
 from .search import Posterior
 from .shown_lines import sigmas
+from .size_scale import from_scale, in_units
 from .tuned import SAME, in_band
 from .wanted_lines import is_locked
 from .waveform import SUSPECTED, accounts_for_lines
@@ -91,9 +92,9 @@ def told(
         gain=gain,
         detectability=compared.detectability(best.response) if best.candidates else _size(compared),
         misfit=posterior.misfit,
-        measured=prepared.measured,
-        before=expected,
-        after=after,
+        measured=in_units(prepared.measured),
+        before=from_scale(expected, prepared.measured.knees),
+        after=from_scale(after, prepared.measured.knees),
         machine=machine,
         calibrated=calibrated,
         extended=best.machine(best.problem.baseline.machine if best.problem else calibrated).with_effects(*added),
@@ -226,14 +227,16 @@ def _causes(best: Fit, probabilities: Mapping[tuple[str, ...], float], machine: 
 def _residuals(compared: Comparison, conditions: Sequence[int]) -> tuple[ResidualLine, ...]:
     lines = compared.lines
     size = sigmas(compared)
+    both = (from_scale(own, lines.knees) for own in (lines.amplitudes, compared.expected))
+    measured, simulated = (np.asarray(own, dtype=complex) for own in both)
     found = []
     for flat in np.argsort(size, axis=None)[::-1][:MOST_RESIDUALS]:
         c, p, k = (int(i) for i in np.unravel_index(int(flat), size.shape))
         if not lines.seen[c, p, k]:
             continue
-        measured, simulated = complex(lines.amplitudes[c, p, k]), complex(compared.expected[c, p, k])
         order = lines.kinds[k].order_at(lines.orders[k], lines.conditions[c].speed_rpm)
-        found.append(ResidualLine(lines.probes[p], order, conditions[c], k, measured, simulated, float(size[c, p, k])))
+        seen = complex(measured[c, p, k]), complex(simulated[c, p, k])
+        found.append(ResidualLine(lines.probes[p], order, conditions[c], k, *seen, float(size[c, p, k])))
     return tuple(found)
 
 

@@ -56,7 +56,8 @@ class ResidualGearRunOut(Effect):
         """Add the run-out to the error of the mesh that the gear is in."""
         place = assembly.place(self.ROLE, self.at)
         size, angle = math.hypot(self.sine_m, self.cosine_m), math.atan2(self.cosine_m, self.sine_m)
-        assembly.component("mesh").add_error(order=place.shaft_ratio, amplitude_m=size, angle_rad=angle)
+        mesh = assembly.component("mesh")
+        mesh.add_run_out(place.name, order=place.shaft_ratio, amplitude_m=size, angle_rad=angle)
 
     def signature(self, machine: Machine) -> tuple[Line, ...]:
         """Return the sidebands of the mesh and the gear's own speed."""

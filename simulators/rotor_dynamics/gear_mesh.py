@@ -7,6 +7,10 @@ jumping at known shaft angles, the force along the line of action is
     F = 0                                        within the backlash b, -b <= d - e <= 0
     F = k(phi) (d - e + b) + c (d' - e')         rear flanks in contact, d - e < -b
 
+A gear that runs out moves to and fro along the line of centres as well: its mesh loses contact, and stiffness, once a
+turn. k(phi) is then that of the mean centre distance times 1 + s(phi), s being the share by which the mean stiffness
+changes with the distance.
+
 A damaged tooth changes stiffness and error while its pair is in contact, see `tooth_damage`; the mesh then repeats with
 the turns of that gear and not with every tooth. Its pair enters and leaves where every pair does: no further jumps.
 
@@ -19,6 +23,7 @@ A. Kahraman and R. Singh, "Non-linear dynamics of a spur gear pair", J. Sound Vi
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -40,13 +45,15 @@ from .tooth_damage import (
 from .tooth_signals import tooth_signals
 
 # Parameters of the law: these, then two polynomials of equal length; with damaged teeth the sound pair's compliance
-# and for each tooth (every, first, compliance, error), all polynomials of equal length; then (order, cosine, sine) of
-# each error.
+# and for each tooth (every, first, compliance, error), all polynomials of equal length; then (order, cosine, sine of
+# the error, cosine, sine of the stiffness's share) of each.
 _ORDER, _START, _CHANGE, _MEAN, _DAMPING, _BACKLASH, _SEPARATES, _MEAN_ERROR, _POWERS, _TEETH, _PAIR_POWERS, _SERIES = (
     range(12)
 )
 #: Harmonics of the mesh that wear of the flanks makes; those above are small.
 WEAR_HARMONICS = 5
+#: Numbers of each error among the parameters.
+_EACH = 5
 Branches = tuple[StiffnessBranch, StiffnessBranch]
 
 
@@ -67,7 +74,8 @@ def _mesh_signals(timeline: Timeline, parameters: np.ndarray, *, branch_rad: np.
     teeth, pair_powers = int(parameters[_TEETH, 0]), int(parameters[_PAIR_POWERS, 0])
     at = _SERIES + 2 * powers
     series = at + pair_powers + teeth * (2 + 2 * pair_powers)
-    error, rate = _error_signals(timeline, parameters[series:], parameters[_ORDER])
+    error, rate, share = _error_signals(timeline, parameters[series:], parameters[_ORDER])
+    stiffness = stiffness * (1 + share)
     if teeth:
         phase = timeline.phase_rad * pitches + parameters[_START] - tooth
         change = tooth_signals(tooth, phase, is_first, parameters[at:series], pair_powers)
@@ -77,15 +85,19 @@ def _mesh_signals(timeline: Timeline, parameters: np.ndarray, *, branch_rad: np.
     return np.stack([stiffness, error + parameters[_MEAN_ERROR], rate])
 
 
-def _error_signals(timeline: Timeline, series: np.ndarray, mesh_order: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    error, rate = np.zeros(timeline.phase_rad.shape), np.zeros(timeline.phase_rad.shape)
+def _error_signals(
+    timeline: Timeline, series: np.ndarray, mesh_order: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    error, rate, share = np.zeros((3, *timeline.phase_rad.shape))
     powers: dict[int, np.ndarray] = {}
-    for order, a, b in zip(series[::3], series[1::3], series[2::3], strict=True):
+    for order, a, b, c, d in series.reshape(-1, _EACH, *series.shape[1:]):
         if a.any() or b.any():
             cos, sin = _harmonic(timeline, order, mesh_order, powers)
             error = error + a * cos + b * sin
             rate = rate + order * timeline.speed_rad_s * (b * cos - a * sin)
-    return error, rate
+            if c.any() or d.any():
+                share = share + c * cos + d * sin
+    return error, rate, share
 
 
 def _harmonic(
@@ -179,6 +191,8 @@ class GearMesh:
     mean_error_m: float = 0.0
     #: Error by order of the reference shaft: cosine part less 1j times sine part.
     errors: dict[float, complex] = field(default_factory=dict)
+    #: Run-outs r exp(i angle) by order; of the wheel, under minus its order.
+    run_outs: dict[float, complex] = field(default_factory=dict)
     pair: SpurPair | None = None
     branch_model: Callable[[SpurPair], Branches] | None = None
     gears: tuple[str, str] = ("pinion", "wheel")
@@ -248,13 +262,48 @@ class GearMesh:
         value = amplitude_m * complex(math.sin(angle_rad), -math.cos(angle_rad))
         self.errors[order] = self.errors.get(order, 0j) + value
 
+    def add_run_out(self, place: str, *, order: float, amplitude_m: float, angle_rad: float) -> None:
+        """Add e = amplitude sin(order phi + angle) of a gear that runs out, and what its centre distance does.
+
+        The pinion stands by the angle order phi + angle from the normal of the line of action then, the wheel, which
+        turns the other way, at minus that angle; the line of centres lies at the working pressure angle from it. With
+        the driving flanks in contact the distance grows by amplitude cos(order phi + angle - alpha') of the pinion, and
+        by - amplitude cos(order phi + angle + alpha') of the wheel.
+
+        Parameters
+        ----------
+        place : str
+            Of the gear.
+        order : float
+            Its turns per turn of the reference shaft.
+        amplitude_m, angle_rad : float
+        """
+        self.add_error(order=order, amplitude_m=amplitude_m, angle_rad=angle_rad)
+        if self.pair is not None and amplitude_m:
+            signed = -order if self.gear(place)[1] else order
+            self.run_outs[signed] = self.run_outs.get(signed, 0j) + cmath.rect(amplitude_m, angle_rad)
+
+    def _breathing(self) -> dict[float, complex]:
+        """Return the share of the stiffness by order, of the centre distance as it is with all effects."""
+        found: dict[float, complex] = {}
+        for signed, run_out in self.run_outs.items():
+            order, way = abs(signed), 1 if signed > 0 else -1
+            share = way * self._pair.stiffness_growth_per_m * run_out
+            found[order] = found.get(order, 0j) + share * cmath.exp(-1j * way * self._pair.working_angle_rad)
+        return found
+
     def interface_force(self) -> InterfaceForce:
         """Return what the linear core leaves out, as an interface force."""
         first, second = (self.stiffness_factor * branch.coefficients for branch in self.branches)
         powers = max(first.size, second.size)
         polynomials = [np.pad(own, (0, powers - own.size)) for own in (first, second)]
-        errors = self._errors_with_wear()
-        series = [number for order, e in errors.items() for number in (order, e.real, -e.imag)]
+        errors, breathing = self._errors_with_wear(), self._breathing()
+        series = [
+            number
+            for order, e in errors.items()
+            for share in (breathing.get(order, 0j),)
+            for number in (order, e.real, -e.imag, share.real, -share.imag)
+        ]
         pair_powers, teeth = self._tooth_parameters()
         head = {
             _ORDER: self.mesh_order,

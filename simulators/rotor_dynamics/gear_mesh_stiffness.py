@@ -11,7 +11,7 @@ Mesh phase 0 is where a new pair of teeth comes into contact, 1 where the next o
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -23,6 +23,8 @@ from .spur_gear import SpurGear
 # Branches are fitted this far beyond their ends, in pitches, so that a solver may run past a jump within one step.
 _OVERLAP = 0.05
 _FIT_ERROR = 1e-7
+# Of the module, for slopes in the centre distance.
+_CENTRE_STEP = 5e-3
 _DEGREES = range(3, 16)
 
 
@@ -217,6 +219,13 @@ class SpurPair:
     def mean_stiffness_n_m(self) -> float:
         """Mean of the mesh stiffness over one pitch in N/m."""
         return sum(branch.integral_n_m for branch in self.branches)
+
+    @cached_property
+    def stiffness_growth_per_m(self) -> float:
+        """Share by which the mean stiffness changes with the centre distance, 1/m: below 0, as contact is lost."""
+        step = _CENTRE_STEP * self.pinion.module_m
+        more, less = (replace(self, centre_growth_m=self.centre_growth_m + way * step) for way in (1, -1))
+        return (more.mean_stiffness_n_m - less.mean_stiffness_n_m) / (2 * step * self.mean_stiffness_n_m)
 
     def mesh_stiffness_n_m(self, phase: np.ndarray) -> np.ndarray:
         """Return the mesh stiffness along the line of action in N/m.

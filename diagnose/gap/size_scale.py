@@ -1,0 +1,79 @@
+"""Sizes of lines without phase on a scale that is logarithmic above their noise.
+
+A machine that does not repeat itself shows hundreds of lines whose size no model predicts to better than a factor, and
+where a resonance has shifted to no better than to ten. On this scale, D arsinh(size / D), a factor is a difference: one
+line that is thirty times too small says no more than its share, and three times too small is as far off as three times
+too large. Below the knee D, a few times the noise, it is the size itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from .lines import OrderLines
+
+#: The knee, in the smallest standard deviation of the line.
+KNEE = 3.0
+#: Largest size over knee, as logarithm, that is turned back.
+LARGEST = 60.0
+
+
+def knees_of(sets: Sequence[OrderLines]) -> np.ndarray:
+    """Return the knee of each line without phase, shape (probes, orders); infinite where the scale is the size itself.
+
+    Parameters
+    ----------
+    sets : sequence of OrderLines
+        All that are compared: of the same probes and lines.
+    """
+    least = np.min([one.deviations.min(axis=0) for one in sets], axis=0)
+    sizes = ~np.array([kind.phase for kind in sets[0].kinds])
+    return np.where(sizes & (least > 0), KNEE * least, np.inf)
+
+
+def to_scale(sizes: np.ndarray, knees: np.ndarray | None) -> np.ndarray:
+    """Return lines (..., probes, orders), complex, with sizes on the scale."""
+    if knees is None:
+        return sizes
+    own = np.isfinite(knees)
+    knee = np.where(own, knees, 1.0)
+    return np.where(own, knee * np.arcsinh(np.real(sizes) / knee), sizes)
+
+
+def from_scale(values: np.ndarray, knees: np.ndarray | None) -> np.ndarray:
+    """Return lines (..., probes, orders), complex, with sizes in the probes' units again."""
+    if knees is None:
+        return values
+    own = np.isfinite(knees)
+    knee = np.where(own, knees, 1.0)
+    return np.where(own, knee * np.sinh(np.clip(np.real(values) / knee, -LARGEST, LARGEST)), values)
+
+
+def on_scale(lines: OrderLines, knees: np.ndarray) -> OrderLines:
+    """Return the lines with sizes and their deviations on the scale."""
+    steepness = np.where(np.isfinite(knees), 1 / np.sqrt(1 + (np.abs(lines.amplitudes) / knees) ** 2), 1.0)
+    scaled = to_scale(lines.amplitudes, knees)
+    return replace(lines, amplitudes=scaled, deviations=lines.deviations * steepness, knees=knees)
+
+
+def in_units(lines: OrderLines) -> OrderLines:
+    """Return the lines with sizes and their deviations in the probes' units."""
+    if lines.knees is None:
+        return lines
+    sizes = from_scale(lines.amplitudes, lines.knees)
+    steepness = np.where(np.isfinite(lines.knees), np.sqrt(1 + (np.abs(sizes) / lines.knees) ** 2), 1.0)
+    return replace(lines, amplitudes=sizes, deviations=lines.deviations * steepness, knees=None)
+
+
+def at_most_once(change: np.ndarray, knees: np.ndarray | None) -> np.ndarray:
+    """Return changes of lines with those of sizes as large as a tolerance refers to, (..., probes, orders).
+
+    Half of a line and half of one that is ten times as large are the same difference on the scale: a tolerance is that
+    factor, and less where the line itself changes by less.
+    """
+    if knees is None:
+        return change
+    return np.where(np.isfinite(knees), np.clip(np.real(change), -knees, knees), change)
