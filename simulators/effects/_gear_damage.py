@@ -56,8 +56,9 @@ def run_out_lines(machine: Machine, role: str, at: str) -> tuple[Line, ...]:
     assembly = machine.bare_assembly()
     ratio = assembly.place(role, at).shaft_ratio
     mesh = assembly.component("mesh").mesh_order
-    lines = ((mesh + ratio, "any"), (mesh - ratio, "any"), (ratio, "torsion"))
-    return tuple(Line(order, direction, load_exponent=0.0) for order, direction in lines)
+    # At the sides the error makes one part, and the stiffness, with the load, another.
+    sides = [Line(mesh + own, "any", load_exponent=None) for own in (ratio, -ratio)]
+    return (*sides, Line(ratio, "torsion", load_exponent=0.0))
 
 
 def once_a_turn_lines(machine: Machine, role: str, at: str, *, load_exponent: float | None) -> tuple[Line, ...]:
