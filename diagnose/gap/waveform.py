@@ -5,7 +5,7 @@ These are found by the data checks before any line is compared. A channel that s
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +13,7 @@ import numpy as np
 from ...datasets.recording import Recording
 from ..signal.checks import check_channel
 from ..signal.speed import speed_from_tacho
-from .lines import LineKind, OrderLines
+from .lines import OrderLines
 from .lost_samples import LEFT
 from .phase_wander import phase_wander
 
@@ -210,8 +210,7 @@ def with_doubt(
     share = share + np.where(np.isinf(doubt), 0.0, doubt)[None, :, None] * np.abs(lines.amplitudes)
     if "speed_wander" in seen:
         smeared = np.minimum(STEEPEST * variation, 1.0)[:, None, None] * np.abs(lines.amplitudes)
-        own = np.array([order != 0 and 0 < abs(kind.frequency_hz) <= WANDER_HZ for order, kind in _places(lines)])
-        share = np.where(own[None, None, :], np.inf, np.hypot(share, smeared))
+        share = np.where(_beside_an_order(lines)[:, None, :], np.inf, np.hypot(share, smeared))
         sizes = np.array([not kind.phase for kind in lines.kinds])
         shown = np.array([probe in turning for probe in lines.probes])[:, None] & sizes
         wander = variation * np.array([one.speed_rpm for one in lines.conditions]) * 2 * np.pi / 60
@@ -224,8 +223,19 @@ def lossy_channels(seen: Mapping[str, Sequence[str]]) -> set[str]:
     return {name for effect in LOSSY for name in seen.get(effect, ())}
 
 
-def _places(lines: OrderLines) -> Iterator[tuple[float, LineKind]]:
-    return zip(lines.orders, lines.kinds, strict=True)
+def _beside_an_order(lines: OrderLines) -> np.ndarray:
+    """Return where a line without phase lies so near to an order that hunting may make it, (conditions, orders)."""
+    speed_hz = np.array([one.speed_rpm for one in lines.conditions])[:, None] / 60
+    orders, added = np.array(lines.orders), np.array([kind.frequency_hz for kind in lines.kinds])
+    sizes = np.array([not kind.phase and not kind.envelope for kind in lines.kinds])
+    # A stated sideband lies beside an order whether or not that has a line of its own here.
+    both = zip(lines.orders, lines.kinds, strict=True)
+    locked = np.array([order for order, kind in both if order and (kind.phase or kind.frequency_hz)])
+    if not locked.size:
+        return np.zeros((len(lines.conditions), orders.size), dtype=bool)
+    place = np.abs(orders * speed_hz + added)
+    away = np.abs(place[:, :, None] - locked * speed_hz[:, :, None]).min(axis=2)
+    return sizes & (away > 0) & (away <= WANDER_HZ)
 
 
 def accounts_for_lines(seen: Mapping[str, Sequence[str]], probes: Sequence[str], *, mended: bool) -> bool:

@@ -27,6 +27,8 @@ from .speed_peaks import Peaks, find_peaks
 from .supply_lines import SUPPLY_TOLERANCE, follows_supply, of_supply, without_supply
 from .tacho import pulse_times, regular_share, repaired_pulses
 
+#: Samples by which lengths of turns differ where the speed does: thrice what edges known to half a sample make of them.
+EDGES = 4.0
 NEAR_HINT = "vibration near the hint"  # how a speed was found
 _HINT_SPREAD = 0.035  # standard deviation of true over nominal speed; real files are off by up to 7 %
 _CLEARLY_WORSE = 8.0  # log Bayes factor
@@ -100,11 +102,25 @@ def _variation(times: np.ndarray, rate_hz: float, pulses_per_revolution: float) 
     """Return the relative change of speed over whole turns, long enough that half a sample of edge does not count.
 
     Stripes are never evenly spaced, and an edge is known to a sample at best: periods of single pulses would show both.
+    A speed that hunts within that length does not show in its means: fewer turns count where their lengths differ by
+    more than edges explain.
     """
-    step = max(round(pulses_per_revolution), 1)
+    turn = max(round(pulses_per_revolution), 1)
     period = float(np.median(np.diff(times)))
-    step *= max(1, int(np.ceil(2000 / (rate_hz * period * step))))
-    step = min(step, max(times.size // 4, 1))
+    longest = turn * max(1, int(np.ceil(2000 / (rate_hz * period * turn))))
+    longest = min(longest, max(times.size // 4, 1))
+    found = _spread(times, longest)
+    step = turn
+    while step < longest:
+        own = _spread(times, step)
+        if own * step * period * rate_hz > EDGES:
+            found = max(found, own)
+        step *= 2
+    return found
+
+
+def _spread(times: np.ndarray, step: int) -> float:
+    """Return the relative difference of long and short spans of some pulses: the 95 % and the 5 % quantile."""
     spans = times[step:] - times[:-step]
     return float((np.percentile(spans, 95) - np.percentile(spans, 5)) / spans.mean())
 

@@ -99,6 +99,11 @@ def test_where_the_speed_wanders_lines_are_known_no_better_than_a_resonance_lets
     wide = OrderLines(conditions, ("a",), (1.0, 1.0), np.ones((2, 1, 2), dtype=complex), np.ones((2, 1, 2)), beside)
     # A sideband at a controller's frequency is the wander's own, one at 11 Hz is not.
     assert with_doubt(wide, {"speed_wander": ()}, variation).seen[:, 0].tolist() == [[False, True], [False, True]]
+    # Nor can one at 0.887X be told from it 1.1 Hz below 1X; 20 Hz below it can.
+    slow = tuple(replace(one, speed_rpm=rpm) for one, rpm in zip(conditions, (600.0, 12000.0), strict=True))
+    found = (LineKind(), LineKind(phase=False))
+    line = OrderLines(slow, ("a",), (1.0, 0.887), np.ones((2, 1, 2), dtype=complex), np.ones((2, 1, 2)), found)
+    assert with_doubt(line, {"speed_wander": ()}, variation).seen[:, 0].tolist() == [[True, False], [True, True]]
     # A probe of the turning itself shows as much as the speed wanders; what has its phase to the shaft is no wander.
     shown = with_doubt(wide, {"speed_wander": ()}, variation, turning=["a"]).deviations[:, 0, 1]
     assert shown[0] == pytest.approx(
