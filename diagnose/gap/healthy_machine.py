@@ -72,7 +72,11 @@ def healthy_machine(
         form = extended(placed, here, predictor, reference_rpm=reference_rpm, tell=tell)
         return replace(placed, at_healthy=form.at_healthy, evidence=evidence(form.at_healthy, here)), form
 
-    places = placings(machine, healthy, predictor, tell=tell)
+    # Of a machine that does not repeat only 1X and its multiples have a phase, and the terms that it gets, run-outs and
+    # unbalances that may point anywhere, make these with the pulse at any place.
+    able = predictor.repeats(machine) or as_given
+    places = placings(machine, healthy, predictor, tell=tell) if able else []
+    places = places or [placed_at(0.0, machine, (), healthy, predictor, tell=tell)]
     known: dict[Placed, tuple[Placed, Extended | None]] = {}
     # How far behind one is before the machine has what it lacks says little: its own unbalance pointing elsewhere alone
     # leaves most of the lines. Where one has it and misses nothing, there is no reason to look at others.
@@ -84,7 +88,7 @@ def healthy_machine(
     best, *others = (known[one] for one in places if one in known)
     for other in others:
         best = other if other[0].evidence > best[0].evidence + PLACE_GAIN else best
-    for _ in range(ROUNDS):
+    for _ in range(ROUNDS if able else 0):
         placed = best[0]
         here = turned(healthy, placed.pulse_rad)
         turn = turn_nearby(placed.at_healthy, here, predictor, reference_rpm=reference_rpm)
