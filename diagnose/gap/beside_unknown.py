@@ -18,6 +18,7 @@ from .hypotheses import Candidate
 from .refine import FIRST_STEPS, Fit, climbed, nothing, refined
 from .screen import Start
 from .screening import Screening, few_of_each
+from .transfer_error import TransferError
 from .unknown_force import LEAST_GAIN, Unknown
 
 #: Orders that are tried, those that stand out most, and effects followed at each.
@@ -32,7 +33,12 @@ Tell = Callable[[str], None]
 
 
 def beside_unknown(
-    problem: Problem, screening: Screening, unknown: Unknown, *, tell: Tell = lambda _: None
+    problem: Problem,
+    screening: Screening,
+    unknown: Unknown,
+    fits: Sequence[Fit] = (),
+    *,
+    tell: Tell = lambda _: None,
 ) -> list[Fit]:
     """Return the effects that make one of the unknown orders, what others need being unknown; the best first.
 
@@ -42,6 +48,9 @@ def beside_unknown(
     screening : Screening
     unknown : Unknown
         Of the lines without any effect.
+    fits : sequence of Fit
+        Of effects without anything unknown, the best first: those that were fitted together with the machine's own
+        unknowns are taken up there.
     """
     found: dict[Candidate, Fit] = {}
     if len(unknown.kernels) < 2:
@@ -57,10 +66,13 @@ def beside_unknown(
             some = widened.select(screening.chosen)
             least = nothing(some).log_evidence + LEAST_GAIN
             every = few_of_each(screening.against(some))
+            tried: list[Fit | None] = []
             for options in [one for one in every if one[0].score > least and _repeats(one[0], problem)][:FOLLOWED]:
                 tell(f"{options[0].candidate} beside something unknown")
-                fit = _fitted(options, problem, widened, order)
-                others = frozenset(unknown.kernels) - {order}
+                tried.append(_fitted(options, problem, widened, order))
+            tried += [_taken_up(fit, problem, added, transfer, order) for fit in fits[:FOLLOWED]]
+            others = frozenset(unknown.kernels) - {order}
+            for fit in tried:
                 if fit is None or _contradicted(fit.response, compared, others):
                     continue
                 fit = replace(fit, log_evidence=fit.log_evidence - cost, unknown_beside=others)
@@ -73,6 +85,22 @@ def beside_unknown(
 def _repeats(start: Start, problem: Problem) -> bool:
     """Return whether the motion repeats with the shaft: the lines tried here are the shaft's."""
     return problem.predictor.repeats(problem.baseline.machine.with_effects(start.candidate.at(start.position)))
+
+
+def _taken_up(fit: Fit, problem: Problem, added: np.ndarray, transfer: TransferError, order: int) -> Fit | None:
+    """Return the fit of one effect, found together with the machine's own unknowns, beside a further covariance.
+
+    None where it is of another kind, or does not make the order.
+    """
+    if len(fit.candidates) != 1 or fit.problem is None or fit.compared is None or fit.unknown_beside:
+        return None
+    machine = fit.problem.baseline.machine
+    if not problem.predictor.repeats(fit.machine(machine)):
+        return None
+    widened = replace(fit.compared.widened(added), transfer=transfer, inexact=fit.compared.inexact)
+    found = refined(fit.candidates, fit.position, widened, machine, problem.predictor)
+    makes_it = found and chance_in_order(fit.candidates[0], found.response, widened, order) > MISFIT
+    return replace(found, problem=fit.problem) if found and makes_it else None
 
 
 def _fitted(options: Sequence[Start], problem: Problem, widened: Comparison, order: int) -> Fit | None:

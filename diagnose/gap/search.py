@@ -146,7 +146,7 @@ def search(
     posterior = replace(_posterior(compared, none, fits, unknown, count, rest), opposed=opposed)
     if next(iter(posterior.probabilities)) != ("unknown",) or not unknown.kernels:
         return posterior
-    beside = beside_unknown(problem, screening, unknown, tell=tell)
+    beside = beside_unknown(problem, screening, unknown, fits, tell=tell)
     if not beside:
         return posterior
     return replace(_posterior(compared, none, (*fits, *beside), unknown, count, rest), opposed=opposed)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from rotorwise.diagnose.gap.baseline import linearised
+from rotorwise.diagnose.gap.beside_unknown import MISFIT, _taken_up, chance_in_order
 from rotorwise.diagnose.gap.coordinates import Coordinate, coordinates_of
 from rotorwise.diagnose.gap.evidence import Problem
 from rotorwise.diagnose.gap.hypotheses import Candidate
@@ -84,3 +85,17 @@ def test_a_move_that_the_lines_do_not_bear_out_is_taken_back():
     assert still.problem
     assert moved.problem
     assert density_at_values(moved, moved.problem) >= density_at_values(still, still.problem)
+
+
+def test_beside_something_unknown_an_effect_is_taken_up_with_the_machine_moved():
+    """About the machine as given the same effect does not make its order."""
+    fit, problem = _case(1030.0)
+    moved = jointly(fit, problem, moves=5)
+    plain = problem.plain()
+    nothing_more = np.zeros_like(plain.covariance)
+    assert chance_in_order(fit.candidates[0], fit.response, plain, 0) < MISFIT
+    assert _taken_up(fit, problem, nothing_more, plain.transfer, 0) is None
+    taken = _taken_up(moved, problem, nothing_more, plain.transfer, 0)
+    assert taken is not None
+    assert taken.problem is moved.problem
+    assert taken.log_evidence == pytest.approx(moved.log_evidence, abs=0.1)
