@@ -28,7 +28,8 @@ from .size_scale import to_scale
 from .stepped import (
     Run,
     Stepped,
-    bytes_of,
+    grows_without_bound,
+    keep_lately,
     lines_of_record,
     motions,
     moving_part,
@@ -44,8 +45,8 @@ CHAIN_TURNS, CHAIN_SAMPLES = 24.0, 1000
 KEPT_MOTIONS = 8
 #: Machines times conditions that are balanced side by side.
 LANES = 64
-#: The same of simulations in time, and how many bytes of those are kept that others may be compared with.
-RUNS, KEPT_BYTES = 128, 400_000_000
+#: The same of simulations in time.
+RUNS = 128
 
 
 class UnpredictableError(InvalidValueError):
@@ -186,20 +187,10 @@ class Predictor:
     def at(self, conditions: Sequence[Condition]) -> Predictor:
         """Return a predictor for other conditions, recorded as the longest and finest of these."""
         count = len(conditions)
-        rate, samples = max(self.rates_hz), max(self.samples)
-        return Predictor(
-            tuple(conditions),
-            self.probes,
-            self.orders,
-            (rate,) * count,
-            (samples,) * count,
-            self.kinds,
-            self.reference,
-            None if self.noise is None else np.repeat(self.noise.mean(axis=0, keepdims=True), count, axis=0),
-            self.full_scale,
-            self.knees,
-            _spoiling=self._spoiling,
-        )
+        noise = None if self.noise is None else np.repeat(self.noise.mean(axis=0, keepdims=True), count, axis=0)
+        recorded = (max(self.rates_hz),) * count, (max(self.samples),) * count, self.kinds, self.reference
+        seen = tuple(conditions), self.probes, self.orders, *recorded
+        return Predictor(*seen, noise, self.full_scale, self.knees, _spoiling=self._spoiling)
 
     def repeats(self, machine: Machine) -> bool:
         """Return whether the machine's motion repeats with the shaft."""
@@ -356,6 +347,9 @@ class Predictor:
         for _, machine, base in wanted:
             lengths = least_lengths(machine, self.conditions)
             machines[stepped_key(machine, lengths)] = moving_part(machine)
+            if sensor_effects(machine):
+                # Others will look at the same motion through another measuring chain.
+                bases.add(stepped_key(machine, lengths))
             if base is not None:
                 # As long as the run that it is taken off from.
                 bases.add(stepped_key(base, lengths))
@@ -372,16 +366,10 @@ class Predictor:
             without = self._stepped[stepped_key(base, lengths)] if base is not None else None
             lines = self._lines_in_time(machine, base, own, without)
             if lines is None:
-                self._failed[key] = (
-                    f"The motion of {machine.name} grows without bound or becomes not a number; allowed: machines and "
-                    "effects that can be simulated. Reduce the effect."
-                )
+                self._failed[key] = grows_without_bound(machine)
             else:
                 self._keep(key, lines)
-        for kept in bases:
-            self._stepped[kept] = self._stepped.pop(kept)
-        while sum(map(bytes_of, self._stepped.values())) > KEPT_BYTES:
-            self._stepped.pop(next(iter(self._stepped)))
+        keep_lately(self._stepped, bases)
 
     def _lines_in_time(
         self,

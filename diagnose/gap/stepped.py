@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,6 +31,8 @@ TURNS = 24.0
 STEPS_OF_SMOOTH, COARSER, COARSER_OF_TOUCHING = 0.5, 8.0, 2.0
 #: Longest settling of a motion of which only the difference from a like one counts.
 LONGEST_SETTLING_S = 0.4
+#: How many bytes of motions are kept that others may be compared with, or seen through another measuring chain.
+KEPT_BYTES = 400_000_000
 THREADS = min(os.cpu_count() or 1, 4)
 
 #: What is simulated in time: a machine, and how long its records are at least.
@@ -47,9 +49,24 @@ def stepped_key(machine: Machine, lengths_s: tuple[float, ...]) -> Stepped:
     return moving_part(machine).to_toml(), lengths_s
 
 
-def bytes_of(runs: Sequence[Simulation | None]) -> int:
-    """Return the bytes that kept motions take."""
+def keep_lately(known: dict[Stepped, list[Simulation | None]], used: Iterable[Stepped]) -> None:
+    """Put the motions that were used last at the end, and forget those at the beginning beyond `KEPT_BYTES`."""
+    for key in used:
+        known[key] = known.pop(key)
+    while sum(map(_bytes_of, known.values())) > KEPT_BYTES:
+        known.pop(next(iter(known)))
+
+
+def _bytes_of(runs: Sequence[Simulation | None]) -> int:
     return sum(run.signals.nbytes + 2 * run.phase_rad.nbytes for run in runs if run is not None)
+
+
+def grows_without_bound(machine: Machine) -> str:
+    """Return why a machine has no lines."""
+    return (
+        f"The motion of {machine.name} grows without bound or becomes not a number; allowed: machines and effects that "
+        "can be simulated. Reduce the effect."
+    )
 
 
 @dataclass(frozen=True)
