@@ -29,9 +29,9 @@ from .predict import UnpredictableError
 from .prediction import Predicted, given_others, prior_of
 from .refine import FIRST_STEPS, Fit, climbed, laws_of
 from .responses import Responses
-from .search import GOOD, MISFIT, Posterior
+from .search import GOOD, Posterior
 from .shown_lines import SHOWN
-from .two_effects import MOVES
+from .two_effects import MISFIT, MOVES
 from .unknown_force import unexplained
 
 if TYPE_CHECKING:

@@ -22,7 +22,7 @@ from .responses import Responses
 from .screen import Start
 from .screening import BEHIND_ON_GRID, FAR_BEHIND, TIMES_WORSE, Screening, few_of_each
 from .simple_pairs import simple_pairs
-from .two_effects import CLOSE, EXPLAINED, MOVES, best_of_each, explains_little, two_effects
+from .two_effects import CLOSE, EXPLAINED, MISFIT, MOVES, best_of_each, explains_little, two_effects
 from .unknown_force import Unknown, unexplained
 from .within_law import LESS_PROBABLE, within_its_law
 
@@ -53,8 +53,6 @@ NEXT_TO = 100.0
 SCANNED = (0.5, 0.7, 1.4, 2.0, 3.0)
 #: Factor by which the law of an idealised effect may be less exact than usual, and more.
 LESS_EXACT, MORE_EXACT = 2.0, 0.5
-#: Chance below which the best hypothesis' residual is too large to be noise: what is left is then unknown.
-MISFIT = 1e-3
 
 Tell = Callable[[str], None]
 

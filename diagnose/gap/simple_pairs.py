@@ -14,6 +14,7 @@ from .refine import Fit
 from .screen import Start
 from .screening import Screening, few_of_each
 from .two_effects import (
+    MISFIT,
     STARTS,
     best_jointly,
     best_of_each,
@@ -24,6 +25,7 @@ from .two_effects import (
     repeat,
     screened_beside,
 )
+from .within_law import PAIR_MARGIN, pair_margin
 
 #: Single effects whose partners are looked at, and pairs of which some steps are made.
 LEADERS, PAIRS = 5, 6
@@ -43,7 +45,8 @@ def simple_pairs(
     if not problem.predictor.repeats(problem.baseline.machine):
         return []
     every = best_of_each(singles)
-    best, hopeless = every[0].log_evidence, hopeless_beside(every[0], none, unknown)
+    best = every[0].log_evidence + pair_margin(every[0], none, misfit=MISFIT) - PAIR_MARGIN
+    hopeless = hopeless_beside(every[0], none, unknown)
     tried: set[frozenset[object]] = set()
     found = []
     for leader, options in _likeliest([fit for fit in every if may_gain(fit, best)], screening, problem):

@@ -20,19 +20,20 @@ from .responses import Responses
 from .screen import Start, atoms_of
 from .screening import FAR_BEHIND, TIMES_WORSE, Screening, few_of_each
 from .shown_lines import CLEAR
+from .within_law import PAIR_MARGIN, pair_margin
 
 #: Partners that are tried of the best single effect, and of the second best.
 PARTNERS = (6, 3)
 #: Of the best one, where the two together are simulated in time.
 PARTNERS_IN_TIME = 2
-#: A second effect needs this much more evidence than the best single one.
-PAIR_MARGIN = 5.0
 #: The machine's own unknowns are moved so often for hypotheses whose evidence is this close to the best.
 MOVES, CLOSE = 5, 30.0
 #: Pairs that are compared with the machine re-fitted beside them.
 JOINT = 3
 #: What leaves more than this share of what differs, where clearly something does, is not followed any further.
 LITTLE, CLEARLY = 0.5, 200.0
+#: Chance below which what an effect leaves is more than noise.
+MISFIT = 1e-3
 #: A single effect whose residual has this chance needs no partner, but where one is clearly better.
 EXPLAINED = 0.3
 #: By so many of its standard deviations what noise leaves of a squared residual may lie below its mean.
@@ -61,11 +62,12 @@ def two_effects(
     """
     leaders = best_of_each(singles)[: len(PARTNERS)]
     best = leaders[0].log_evidence
+    level = best + pair_margin(leaders[0], none, misfit=MISFIT) - PAIR_MARGIN
     explained, hopeless = chance_of_residual(leaders[0]) > EXPLAINED, hopeless_beside(leaders[0], none, unknown)
     found = []
     for rank, leader in enumerate(leaders):
         # What is left of wide tolerances and floors does not say what a second effect may add: its first look does.
-        if leader.log_evidence < best - OVERTAKEN if explained else not may_gain(leader, best):
+        if leader.log_evidence < best - OVERTAKEN if explained else not may_gain(leader, level):
             continue
         others = _partners(leader, screening, problem, tell, explained=explained)
         for number, options in enumerate(others[: PARTNERS[rank]]):
@@ -76,7 +78,7 @@ def two_effects(
             begin = options[: STARTS_IN_TIME if in_time else STARTS]
             fit = fitted_pair(leader, begin, problem, none, hopeless=hopeless)
             found += [fit] if fit else []
-    return best_jointly(found, problem, best, unknown)
+    return best_jointly(found, problem, level, unknown)
 
 
 def best_jointly(found: Sequence[Fit], problem: Problem, best: float, unknown: float) -> list[Fit]:

@@ -27,6 +27,8 @@ LEFT = 0.5
 LOCKED = 0.1
 #: How much less probable than such an effect something unknown is.
 LESS_PROBABLE = 20.0
+#: A second effect needs this much more evidence than the best single one.
+PAIR_MARGIN = 5.0
 
 
 def within_its_law(fits: Sequence[Fit], none: Fit, unknown: float, *, misfit: float) -> Fit | None:
@@ -54,6 +56,21 @@ def within_its_law(fits: Sequence[Fit], none: Fit, unknown: float, *, misfit: fl
     if best.candidates[0].effect.IDEALISED and rest > LEFT:
         return None
     return best if chance_of_residual(best) > misfit else None
+
+
+def pair_margin(best: Fit, none: Fit, *, misfit: float) -> float:
+    """Return how much more evidence than the best single effect two need.
+
+    As much as something unknown where that one is told by sizes and leaves only noise: what a second one adds may be
+    what the first one's sizes are off by. Not of a contact, whose law says how, nor of the measuring chain, which is
+    exact.
+    """
+    gain = best.log_evidence - none.log_evidence
+    inexact = not any(one.effect.IDEALISED or one.effect.STAGE == "sensor" for one in best.candidates)
+    by_sizes = inexact and _is_wide(best)
+    if not by_sizes or gain < CLEAR or chance_of_residual(best) <= misfit:
+        return PAIR_MARGIN
+    return max(min(SHARE * gain, MOST_BEHIND), PAIR_MARGIN)
 
 
 def _is_wide(fit: Fit) -> bool:

@@ -1,12 +1,15 @@
 """An effect that leaves only noise keeps its name beside something unknown that is a little tighter; no other does."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from rotorwise.diagnose.gap.hypotheses import Candidate, candidates
+from rotorwise.diagnose.gap.lines import LineKind
 from rotorwise.diagnose.gap.refine import Fit
-from rotorwise.diagnose.gap.within_law import loose_law_words, within_its_law
+from rotorwise.diagnose.gap.within_law import PAIR_MARGIN, loose_law_words, pair_margin, within_its_law
 from rotorwise.simulators import rigid_coupling
 
 REALS = 40
@@ -74,3 +77,23 @@ def test_the_answer_says_that_the_law_is_another(by_name):
     fit = _fit(by_name["looseness"], evidence=0.0)
     assert "looseness" in loose_law_words(fit, 61.0)[0]
     assert not loose_law_words(fit, -61.0)
+
+
+@pytest.mark.parametrize(
+    ("phase", "gain", "margin"), [(False, 9000.0, 100.0), (False, 500.0, 10.0), (True, 9000.0, 5.0)]
+)
+def test_beside_an_effect_that_sizes_tell_a_second_one_needs_more(by_name, phase, gain, margin):
+    lines = SimpleNamespace(kinds=(LineKind(phase=phase),))
+    seen: Any = SimpleNamespace(
+        lines=lines,
+        detectability=lambda response: float((np.abs(response) ** 2).sum()),
+        whitened=lambda slopes: np.zeros((len(slopes), REALS)),
+    )
+    fit = _fit(by_name["load_fluctuation"], evidence=0.0)
+    fit = replace(fit, response=np.full((1, 1, 1), 30.0 + 0j), compared=seen)
+    none = replace(NONE, log_evidence=-gain)
+    assert pair_margin(fit, none, misfit=1e-3) == margin
+    # What leaves more than noise is at best a part of the truth.
+    assert pair_margin(replace(fit, residual=2 * fit.residual), none, misfit=1e-3) == PAIR_MARGIN
+    hum = replace(fit, candidates=(by_name["mains_hum"],))
+    assert pair_margin(hum, none, misfit=1e-3) == PAIR_MARGIN
