@@ -1,7 +1,8 @@
 """The hypothesis that something acts which no effect of the catalogue explains: forces, or simply smooth lines.
 
 Order by order the unexplained part is a random function of the condition: forces somewhere on the machine or at one
-place of it, smooth or by a power of speed (`force_kernels`), or an error of each probe's line that varies smoothly.
+place of it, smooth or by a power of speed (`force_kernels`), or an error of each probe's line that varies smoothly, at
+all probes or at those of one place alone.
 Which of these and how strong is what the data say most probably (empirical Bayes); the choice costs the logarithm of
 its prior probability.
 """
@@ -101,7 +102,8 @@ def _most_probable(
     one = _one_order(compared, residual, order)
     if one is None or one.white @ one.white < one.rows.size + STANDS_OUT * math.sqrt(2 * one.rows.size):
         return None
-    options = [(_line_kernel(compared), 1 / 3 if kernels and lines.kinds[order].phase else 1.0)]
+    smooth = 1 / 3 if kernels and lines.kinds[order].phase else 1.0
+    options = [(_line_kernel(compared, own), smooth * share) for own, share in _groups(compared)]
     if lines.kinds[order].phase:
         shares = prior_shares(kernels)
         passed = _as_it_passes(compared, order)
@@ -199,9 +201,22 @@ def _as_it_passes(compared: Comparison, order: int) -> np.ndarray:
     return found[None, :, :, None]
 
 
-def _line_kernel(compared: Comparison) -> np.ndarray:
+def _groups(compared: Comparison) -> list[tuple[np.ndarray, float]]:
+    """Return which probes show a line that is merely smooth, (probes,) bool, and the prior probability of that.
+
+    All of them, or what acts on the measuring chain: one alone, or those of one place that measure the same.
+    """
+    beside = compared.transfer.beside
+    every = np.ones(len(beside), dtype=bool)
+    some = {tuple(own.tolist()) for own in (*beside, *np.eye(len(beside), dtype=bool))} - {tuple(every.tolist())}
+    if not some:
+        return [(every, 1.0)]
+    return [(every, 0.5), *((np.array(own), 0.5 / len(some)) for own in sorted(some))]
+
+
+def _line_kernel(compared: Comparison, probes: np.ndarray) -> np.ndarray:
     smooth = similarity(compared.lines.conditions)
-    size = _sizes(compared)
+    size = _sizes(compared) * probes
     return np.einsum("xy,cd,pq->xcpydq", np.eye(2), smooth, np.diag(size**2))
 
 
