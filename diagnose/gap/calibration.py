@@ -49,6 +49,8 @@ SIZES_TO = 0.1
 SEEN = 5.0
 #: Logarithm of a likelihood, one standard deviation from the best.
 ONE_DEVIATION = 0.5
+#: Records for which what all sizes are off by counts beside a line's own.
+RECORDS_OF_ALL = 3.0
 #: Model errors that are tried, as shares of the largest miss.
 SHARES = np.concatenate([[0.0], np.geomspace(1e-3, 3.0, 60)])
 
@@ -195,24 +197,46 @@ def residual_error(current: Baseline, healthy: OrderLines) -> ModelError:
     """
     speeds = np.array([one.speed_rpm for one in healthy.conditions]) / REFERENCE_RPM
     with_phase = np.array([kind.phase for kind in healthy.kinds])
-    left, open_still, noise = _left(current, healthy)
-    power = np.abs(left) ** 2 / 2 + open_still
-    shape = power.shape[1:]
+    left, power, noise = _left(current, healthy)
+    shape, parts = power.shape[1:], _parts(healthy)
     chosen, growth, least = np.zeros(shape), np.zeros(shape), np.full((shape[0], 2), np.inf)
     for exponent in GROWTHS if speeds.max() > FEW_SPEEDS * speeds.min() else GROWTHS[:1]:
         scale = speeds[:, None, None] ** (2 * exponent)
         # Of lines divided by the growth: their noise is divided as well.
-        variance, cost = _likeliest(power / scale, noise / scale, within=ONE_DEVIATION)
-        cost = cost + np.where(np.isfinite(noise), np.log(scale), 0.0).sum(axis=0)
+        variance, cost = _likeliest(power / scale, noise / scale, parts, within=ONE_DEVIATION)
+        cost = cost + parts / 2 * np.where(np.isfinite(noise), np.log(scale), 0.0).sum(axis=0)
         for kind in (0, 1):
             own = with_phase == bool(kind)
             total = cost[:, own].sum(axis=1)
             better = (total < least[:, kind])[:, None] & own
             least[:, kind] = np.minimum(least[:, kind], total)
             chosen, growth = np.where(better, variance, chosen), np.where(better, exponent, growth)
-    usual = model_error(current.lines) ** 2 / np.exp(np.log(speeds).mean()) ** (2 * growth)
+    usual = np.maximum(model_error(current.lines) ** 2, _as_others(current, healthy, power, noise))
+    usual = usual / np.exp(np.log(speeds).mean()) ** (2 * growth)
     found = ModelError(np.sqrt(np.maximum(chosen, usual)), growth)
-    return replace(found, length=length_of(healthy.conditions, left, noise, found))
+    return replace(found, length=length_of(healthy.conditions, left, noise, found, parts))
+
+
+def _as_others(current: Baseline, healthy: OrderLines, power: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    """Return the least variance of each size on the scale, (probes, orders): what those of all lines have in common.
+
+    A few healthy records tell no line's own: two that happen to fit would make the next one that does not something
+    new. Each line counts as `RECORDS_OF_ALL` further records that are off as all lines are; less where it is hardly
+    there.
+    """
+    if healthy.knees is None:
+        return np.zeros(power.shape[1:])
+    knees, seen = healthy.knees, np.isfinite(noise)
+    larger = np.where(seen, np.maximum(np.abs(healthy.amplitudes), np.abs(current.lines)), 0.0) / knees
+    there = np.minimum(larger.max(axis=0), 1.0)
+    told = seen & (there >= 1)
+    if not told.any():
+        return np.zeros(power.shape[1:])
+    own = np.where(told, power - np.where(seen, noise, 0.0), 0.0) / knees**2
+    of_all = max(float(own.sum() / told.sum()), 0.0)
+    count = seen.sum(axis=0)
+    pooled = (np.maximum(own.sum(axis=0), 0.0) + RECORDS_OF_ALL * of_all) / (count + RECORDS_OF_ALL)
+    return np.where(np.isfinite(knees), pooled * (there * np.where(np.isfinite(knees), knees, 0.0)) ** 2, 0.0)
 
 
 def left_variance(current: Baseline, healthy: OrderLines) -> np.ndarray:
@@ -221,30 +245,35 @@ def left_variance(current: Baseline, healthy: OrderLines) -> np.ndarray:
     That of the real or the imaginary part, shape (probes, orders), by maximum likelihood: each condition counts with
     its own noise, so that quiet ones tell although others are loud. The most probable unknowns and gains are used.
     """
-    left, open_still, noise = _left(current, healthy)
-    return _likeliest(np.abs(left) ** 2 / 2 + open_still, noise)[0]
+    _, power, noise = _left(current, healthy)
+    return _likeliest(power, noise, _parts(healthy))[0]
 
 
 def _left(current: Baseline, healthy: OrderLines) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return what is left of each line, how uncertain the fit itself is there, and the variance of its noise.
+    """Return what is left of each line, its power in one part of it, and the variance of the noise of one part.
 
-    The second is the variance of the real part, or the imaginary part, that the unknowns still have: many of them fit
-    few lines whatever is wrong, and what is left is then small although the model is not right. The last is infinite
-    where a line is not seen.
+    The power has in it what the unknowns still have: many of them fit few lines whatever is wrong, and what is left is
+    then small although the model is not right. The last is infinite where a line is not seen.
     """
     change, covariance = fitted(current, healthy)
     left = healthy.amplitudes - current.lines - np.tensordot(change, current.slopes, 1)
-    open_still = (
-        np.einsum("i...,i...->...", np.tensordot(covariance, current.slopes, 1), current.slopes.conj()).real / 2
-    )
-    seen = healthy.seen
-    return np.where(seen, left, 0.0), np.where(seen, open_still, 0.0), np.where(seen, healthy.deviations, np.inf) ** 2
+    open_still = np.einsum("i...,i...->...", np.tensordot(covariance, current.slopes, 1), current.slopes.conj()).real
+    power, seen = (np.abs(left) ** 2 + open_still) / _parts(healthy), healthy.seen
+    return np.where(seen, left, 0.0), np.where(seen, power, 0.0), np.where(seen, healthy.deviations, np.inf) ** 2
 
 
-def _likeliest(power: np.ndarray, noise: np.ndarray, *, within: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+def _parts(lines: OrderLines) -> np.ndarray:
+    """Return of how many parts each line is, (orders,): a real and an imaginary one, or only its size."""
+    return np.array([2 if kind.phase else 1 for kind in lines.kinds])
+
+
+def _likeliest(
+    power: np.ndarray, noise: np.ndarray, parts: np.ndarray, *, within: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the largest variance beyond the noise that costs as little as ``within`` more than the best, and its cost.
 
-    Both (probes, orders); the cost is the logarithm of the likelihood, negative.
+    Both (probes, orders); the cost is the logarithm of the likelihood, negative. Power and noise are those of one part
+    of a line, of which there are ``parts`` (orders,).
     """
     seen = np.isfinite(noise)
     known = np.where(seen, noise, 1.0)
@@ -252,5 +281,5 @@ def _likeliest(power: np.ndarray, noise: np.ndarray, *, within: float = 0.0) -> 
     largest = np.where(seen, power + known if within else power, 0.0).max(axis=0)
     tried = SHARES[:, None, None] ** 2 * largest
     whole = tried[:, None] + known
-    cost = np.where(seen, np.log(whole) + power / whole, 0.0).sum(axis=1)
+    cost = parts / 2 * np.where(seen, np.log(whole) + power / whole, 0.0).sum(axis=1)
     return np.where(cost <= cost.min(axis=0) + within, tried, 0.0).max(axis=0), cost.min(axis=0)

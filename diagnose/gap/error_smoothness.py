@@ -16,7 +16,9 @@ LENGTHS = (0.1, 0.05, 0.025, 0.0125)
 LEAST_RISE = 5.0
 
 
-def length_of(conditions: tuple[Condition, ...], left: np.ndarray, noise: np.ndarray, error: ModelError) -> float:
+def length_of(
+    conditions: tuple[Condition, ...], left: np.ndarray, noise: np.ndarray, error: ModelError, parts: np.ndarray
+) -> float:
     """Return the change of speed over which what a model misses of healthy lines changes much.
 
     Parameters
@@ -28,17 +30,25 @@ def length_of(conditions: tuple[Condition, ...], left: np.ndarray, noise: np.nda
         Variance of the real part and of the imaginary part; infinite where a line is not seen.
     error : ModelError
         Its size.
+    parts : ndarray (orders,)
+        Of how many parts each line is: 2, or 1 of one without phase.
     """
-    found, best = ERROR_LENGTH_SPEED, _likelihood(conditions, left, noise, error, ERROR_LENGTH_SPEED) + LEAST_RISE
+    known = conditions, left, noise, error, parts
+    found, best = ERROR_LENGTH_SPEED, _likelihood(*known, ERROR_LENGTH_SPEED) + LEAST_RISE
     for length in LENGTHS:
-        own = _likelihood(conditions, left, noise, error, length)
+        own = _likelihood(*known, length)
         if own > best:
             found, best = length, own
     return found
 
 
 def _likelihood(
-    conditions: tuple[Condition, ...], left: np.ndarray, noise: np.ndarray, error: ModelError, length: float
+    conditions: tuple[Condition, ...],
+    left: np.ndarray,
+    noise: np.ndarray,
+    error: ModelError,
+    parts: np.ndarray,
+    length: float,
 ) -> float:
     """Return the logarithm of the likelihood of all lines, up to a constant; each has an error of its own."""
     seen = np.isfinite(noise)
@@ -50,5 +60,5 @@ def _likelihood(
     covariance = covariance + own[..., None] * np.eye(len(conditions))
     lower = np.linalg.cholesky(covariance)
     white = np.linalg.solve(lower, values[..., None])
-    # Two parts, real and imaginary.
-    return float(-0.5 * (np.abs(white) ** 2).sum() - 2 * np.log(np.diagonal(lower, axis1=-2, axis2=-1)).sum())
+    log_determinant = 2 * np.log(np.diagonal(lower, axis1=-2, axis2=-1)).sum(axis=-1)
+    return float(-0.5 * (np.abs(white) ** 2).sum() - 0.5 * (parts * log_determinant).sum())

@@ -104,8 +104,9 @@ def learnt(
     seen = healthy.seen
     count = seen.sum(axis=0)
     noise = np.where(seen, healthy.deviations, 0.0) ** 2
-    size = np.where(seen, np.abs(healthy.amplitudes) ** 2 / 2, 0.0).sum(axis=0)
-    made = np.where(seen, np.abs(current.lines) ** 2 / 2, 0.0).sum(axis=0)
+    parts = np.array([2 if kind.phase else 1 for kind in healthy.kinds])
+    size = np.where(seen, np.abs(healthy.amplitudes) ** 2 / parts, 0.0).sum(axis=0)
+    made = np.where(seen, np.abs(current.lines) ** 2 / parts, 0.0).sum(axis=0)
     clear = (count > 1) & (size * np.sqrt(count) > CLEAR**2 * noise.sum(axis=0)) & (made > LEAST_MADE**2 * size)
     if not clear.any():
         return TransferError(np.full(clear.shape, UNCHECKED[0]), beside, is_checked=False)

@@ -1,5 +1,7 @@
 """The machine's own unknowns from its healthy lines, the model's error, and where the tacho's pulse sits."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from rotorwise.diagnose.gap.baseline import Baseline, error_covariance, linearised, model_error, start
@@ -151,6 +153,37 @@ def test_one_loud_condition_does_not_hide_what_the_quiet_ones_show():
     # Each quiet condition has |miss|^2 / 2 = 0.5 a part.
     assert found[0, 0] == pytest.approx(0.5, rel=0.15)
     assert error_covariance(conditions, np.sqrt(found), healthy.parts).shape == (12, 12)
+
+
+def test_of_a_size_all_that_is_left_is_in_its_one_part():
+    generator = np.random.default_rng(8)
+    shape = (400, 1, 2)
+    conditions = tuple(Condition(600.0 + k) for k in range(400))
+    miss = generator.normal(size=shape) + 1j * generator.normal(size=shape) * [1.0, 0.0]
+    kinds = (LineKind(), LineKind(phase=False))
+    healthy = OrderLines(conditions, ("a",), (1.0, 0.4), 10.0 + miss, np.full(shape, 0.1), kinds)
+    assert left_variance(_bare(shape, 10.0), healthy) == pytest.approx(np.ones((1, 2)), rel=0.2)
+
+
+def test_on_the_scale_a_size_may_be_off_as_all_of_them_are():
+    """Nine lines are off by 0.5 D and one fits, by chance; another is not there at all."""
+    shape = (4, 1, 11)
+    conditions = tuple(Condition(600.0 * 1.1**k) for k in range(4))
+    sizes = np.full(shape, 5.0 + 0j)
+    sizes[:, 0, :9] += 0.5 * np.array([1, -1, 1, -1])[:, None]
+    sizes[:, 0, 10] = 0.0
+    kinds = (LineKind(phase=False),) * 11
+    orders = tuple(3.1 + k for k in range(11))
+    current = _bare(shape, 5.0)
+    current = replace(current, lines=np.where(np.arange(11) == 10, 0.0, current.lines))
+    plain = OrderLines(conditions, ("a",), orders, sizes, np.full(shape, 0.01), kinds)
+    scaled = replace(plain, knees=np.ones((1, 11)))
+    apart, together = (residual_error(current, one).at(conditions)[:, 0].mean(axis=0) for one in (plain, scaled))
+    assert apart[9] < 0.1
+    # Three records like all others, which have 0.9 of that variance, beside its own four.
+    assert together[9] == pytest.approx(0.5 * np.sqrt(0.9 * 3 / 7), rel=0.1)
+    assert together[10] < 0.05
+    assert together[:9].max() < 0.9
 
 
 def _bare(shape: tuple[int, ...], lines: float) -> Baseline:

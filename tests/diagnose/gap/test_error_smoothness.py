@@ -25,19 +25,22 @@ def drawn(count: int, length: float, seed: int, *, noise: float = 0.1) -> tuple[
 @pytest.mark.parametrize("length", [0.05, 0.1])
 def test_many_speeds_tell_a_short_length(length: float, seed: int) -> None:
     conditions, left = drawn(40, length, seed)
-    assert length_of(conditions, left, np.full(left.shape, 0.01), SIZE) == length
+    assert length_of(conditions, left, np.full(left.shape, 0.01), SIZE, np.full(left.shape[2], 2)) == length
 
 
 @pytest.mark.parametrize("seed", range(20))
 @pytest.mark.parametrize("count", [1, 3, 6, 40])
 def test_a_smooth_error_keeps_the_usual_length(count: int, seed: int) -> None:
     conditions, left = drawn(count, ERROR_LENGTH_SPEED, seed)
-    assert length_of(conditions, left, np.full(left.shape, 0.01), SIZE) == ERROR_LENGTH_SPEED
+    assert length_of(conditions, left, np.full(left.shape, 0.01), SIZE, np.full(left.shape[2], 2)) == ERROR_LENGTH_SPEED
 
 
 def test_lines_that_are_not_seen_say_nothing() -> None:
     conditions, left = drawn(40, 0.05, 0)
     hidden = np.full(left.shape, np.inf)
-    assert length_of(conditions, np.where(np.isinf(hidden), np.nan, left), hidden, SIZE) == ERROR_LENGTH_SPEED
+    assert (
+        length_of(conditions, np.where(np.isinf(hidden), np.nan, left), hidden, SIZE, np.full(left.shape[2], 2))
+        == ERROR_LENGTH_SPEED
+    )
     hidden[:, 0, 0] = 0.01
     assert length_of(conditions, left, hidden, SIZE) == 0.05
