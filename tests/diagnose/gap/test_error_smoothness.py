@@ -43,4 +43,4 @@ def test_lines_that_are_not_seen_say_nothing() -> None:
         == ERROR_LENGTH_SPEED
     )
     hidden[:, 0, 0] = 0.01
-    assert length_of(conditions, left, hidden, SIZE) == 0.05
+    assert length_of(conditions, left, hidden, SIZE, np.full(left.shape[2], 2)) == 0.05
