@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 class ResidualGearRunOut(Effect):
     """e = a sin(n phi) + b cos(n phi) in the transmission error, n being the gear's speed over the reference shaft's.
 
-    A part of the healthy machine, never a cause: a fault is the effect `gear_eccentricity`. In components a fit can
-    move it through zero.
+    A part of the healthy machine, never a cause: a fault is the effect `gear_eccentricity`, as which its lines grow
+    with speed and load. In components a fit can move it through zero.
     """
 
     NAME = "residual_gear_run_out"

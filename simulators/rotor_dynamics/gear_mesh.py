@@ -88,7 +88,7 @@ def _mesh_signals(timeline: Timeline, parameters: np.ndarray, *, branch_rad: np.
 def _error_signals(
     timeline: Timeline, series: np.ndarray, mesh_order: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    error, rate, share = np.zeros((3, *timeline.phase_rad.shape))
+    error, rate, share = (np.zeros(timeline.phase_rad.shape) for _ in range(3))
     powers: dict[int, np.ndarray] = {}
     for order, a, b, c, d in series.reshape(-1, _EACH, *series.shape[1:]):
         if a.any() or b.any():
