@@ -43,7 +43,7 @@ HIGHEST_ORDER = 6.0
 #: Conditions in which all candidates are screened; the best are then followed in all of them.
 SCREENED_CONDITIONS = 3
 #: The same where every response is a simulation in time, and candidates that are then followed further.
-SCREENED_IN_TIME, FOLLOWED_IN_TIME = 2, 16
+SCREENED_IN_TIME, FOLLOWED_IN_TIME, PARTS_IN_TIME = 2, 16, 3
 
 Tell = Callable[[str], None]
 
@@ -105,9 +105,17 @@ def explained(
     has_healthy = problem.at_healthy is not None
     permanent = [one.name for one in competing if has_healthy and one.effect.PERMANENT]
     competing = [one for one in competing if one.effect not in unheard and one.name not in permanent]
-    competing = _most_explaining(competing, own, few, screened, tell)
+    competing, rest = _most_explaining(competing, own, few, screened, tell)
     grid = functools.partial(responses, competing, own, few, screened, tell=tell)
-    screening = Screening(chosen, screened, grid(coarsely=True), functools.partial(grid, coarsely=False))
+    look = functools.partial(atoms_of, machine=own, predictor=few, deviations=screened.lines.deviations, coarsely=True)
+    screening = Screening(
+        chosen,
+        screened,
+        grid(coarsely=True),
+        functools.partial(grid, coarsely=False),
+        {one: functools.partial(look, one) for one in rest},
+        lambda one, left: explainable(one, own, few, left),
+    )
     not_compared = _silent(screening)
     gone = {one.NAME for one in unheard} - {one.name for one in competing}
     not_compared = dict.fromkeys(sorted(gone), "the envelope beats in another rhythm") | not_compared
@@ -263,8 +271,11 @@ def _silent(screening: Screening) -> dict[str, str]:
 
 def _most_explaining(
     competing: Sequence[Candidate], machine: Machine, predictor: Predictor, screened: Comparison, tell: Tell
-) -> list[Candidate]:
-    """Return the candidates but for those simulated in time that can explain least, where these are many."""
+) -> tuple[list[Candidate], list[Candidate]]:
+    """Return the candidates but for those simulated in time that can explain least, where these are many; and these.
+
+    Of one effect not more than a few parts and variants are kept: four bearings would leave no room for others.
+    """
     in_time = []
     for one in competing:
         middle = one.at(np.zeros(len(one.coordinates)))
@@ -273,13 +284,17 @@ def _most_explaining(
         if not predictor.repeats(machine.with_effects(middle)):
             in_time.append(one)
     if len(in_time) <= FOLLOWED_IN_TIME:
-        return list(competing)
+        return list(competing), []
     share = {}
     for number, one in enumerate(in_time):
         tell(f"first look {number + 1} of {len(in_time)}: {one}")
         share[one] = explainable(one, machine, predictor, screened)
-    kept = set(sorted(in_time, key=lambda one: -share[one])[:FOLLOWED_IN_TIME])
-    return [one for one in competing if one in kept or one not in share]
+    kept: list[Candidate] = []
+    for one in sorted(in_time, key=lambda one: -share[one]):
+        if len(kept) < FOLLOWED_IN_TIME and sum(other.name == one.name for other in kept) < PARTS_IN_TIME:
+            kept.append(one)
+    rest = [one for one in in_time if one not in kept]
+    return [one for one in competing if one not in rest], rest
 
 
 def _predictor(lines: OrderLines, recordings: Sequence[Recording], ranges: np.ndarray) -> Predictor:

@@ -13,6 +13,9 @@ from .screen import Atom, Start, starts
 
 #: Parts and variants of one effect that are followed.
 PLACES = 2
+#: Effects that were put aside and are looked at beside another one, and what each must be able to explain of half a
+#: squared residual.
+TAKEN_UP, LEAST_SHARE = 2, 10.0
 #: Hypotheses that are simulated in time and further behind the best in the first look than this, and than this share of
 #: what the best explains, are not followed: a fifth beside the right size leaves such a share.
 FAR_BEHIND, BEHIND_ON_GRID = 300.0, 0.05
@@ -34,12 +37,29 @@ class Screening:
         Responses in these conditions.
     further : callable, optional
         Returns such a mapping on a finer grid; none where the grid is as fine as it gets.
+    aside : mapping of Candidate to callable
+        Those that explain least of all lines, each with what returns its responses.
+    explains : callable, optional
+        Returns how much of a comparison's squared residual one of them can explain at most.
     """
 
     chosen: tuple[int, ...]
     compared: Comparison
     atoms: Mapping[Candidate, Sequence[Atom]]
     further: Callable[[], Mapping[Candidate, Sequence[Atom]]] | None = field(default=None, repr=False)
+    aside: Mapping[Candidate, Callable[[], Sequence[Atom]]] = field(default_factory=dict, repr=False)
+    explains: Callable[[Candidate, Comparison], float] | None = field(default=None, repr=False)
+
+    def taking_up(self, left: Comparison) -> Screening:
+        """Return the screening with those put aside that can explain most of what something else has left.
+
+        Beside a strong effect a weak one explains next to nothing of all lines, and may be all that is left.
+        """
+        if self.explains is None or not self.aside:
+            return self
+        share = {one: self.explains(one, left) for one in self.aside}
+        best = sorted((one for one in share if share[one] > 2 * LEAST_SHARE), key=lambda one: -share[one])[:TAKEN_UP]
+        return replace(self, atoms={**self.atoms, **{one: self.aside[one]() for one in best}})
 
     def finer(self) -> Screening:
         """Return the screening on the finer grid, with what the coarse one has seen as well."""

@@ -78,7 +78,7 @@ def two_effects(
             begin = options[: STARTS_IN_TIME if in_time else STARTS]
             fit = fitted_pair(leader, begin, problem, none, hopeless=hopeless)
             found += [fit] if fit else []
-    return best_jointly(found, problem, level, unknown)
+    return [fit for fit in best_jointly(found, problem, level, unknown) if told_by_more_than_one_size(fit, leaders[0])]
 
 
 def best_jointly(found: Sequence[Fit], problem: Problem, best: float, unknown: float) -> list[Fit]:
@@ -98,6 +98,24 @@ def best_jointly(found: Sequence[Fit], problem: Problem, best: float, unknown: f
             brought = max(joint[-1].log_evidence - fit.log_evidence, 0.0)
             level = max(level, fit.log_evidence - brought - CLOSE)
     return best_of_each([fit for fit in joint if fit.log_evidence > best + PAIR_MARGIN])
+
+
+def told_by_more_than_one_size(pair: Fit, single: Fit) -> bool:
+    """Return whether a pair has clearly more evidence than one effect whatever a single line of one record shows.
+
+    Where sizes are on the scale (`size_scale.py`): a machine that does not repeat shows some line of some record far
+    from any prediction, and some second effect makes it.
+    """
+    if pair.compared is None or pair.compared.lines.knees is None:
+        return True
+    lines, factor = pair.compared.lines, pair.compared.factor
+    left = [Widened(fit.law).standardised(fit.residual, factor) ** 2 / 2 for fit in (single, pair)]
+    gained = np.zeros(lines.seen.shape)
+    count = int(lines.parts[0].sum())
+    for part, own in zip(lines.parts, np.split(left[0] - left[1], [count]), strict=True):
+        gained[part] += own
+    most = float(gained.sum(axis=1).max(initial=0.0))
+    return pair.log_evidence - most > single.log_evidence + PAIR_MARGIN
 
 
 def may_gain(leader: Fit, best: float) -> bool:
@@ -177,6 +195,8 @@ def _partners(leader: Fit, screening: Screening, problem: Problem, tell: Tell, *
     screening = screened_beside(leader, screening, problem, ("sensor",) if explained else ("sensor", "structure"), tell)
     if explained:
         least = nothing(beside).log_evidence + PAIR_MARGIN
+    else:
+        screening = screening.taking_up(beside)
     ranked = few_of_each([options for options in screening.against(beside) if options[0].score > least])
     return [options for options in ranked if options[0].candidate.name not in leader.names]
 
