@@ -198,7 +198,7 @@ def residual_error(current: Baseline, healthy: OrderLines) -> ModelError:
     speeds = np.array([one.speed_rpm for one in healthy.conditions]) / REFERENCE_RPM
     with_phase = np.array([kind.phase for kind in healthy.kinds])
     left, power, noise = _left(current, healthy)
-    shape, parts = power.shape[1:], _parts(healthy)
+    shape, parts = power.shape[1:], healthy.part_counts
     chosen, growth, least = np.zeros(shape), np.zeros(shape), np.full((shape[0], 2), np.inf)
     for exponent in GROWTHS if speeds.max() > FEW_SPEEDS * speeds.min() else GROWTHS[:1]:
         scale = speeds[:, None, None] ** (2 * exponent)
@@ -246,7 +246,7 @@ def left_variance(current: Baseline, healthy: OrderLines) -> np.ndarray:
     its own noise, so that quiet ones tell although others are loud. The most probable unknowns and gains are used.
     """
     _, power, noise = _left(current, healthy)
-    return _likeliest(power, noise, _parts(healthy))[0]
+    return _likeliest(power, noise, healthy.part_counts)[0]
 
 
 def _left(current: Baseline, healthy: OrderLines) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -258,13 +258,8 @@ def _left(current: Baseline, healthy: OrderLines) -> tuple[np.ndarray, np.ndarra
     change, covariance = fitted(current, healthy)
     left = healthy.amplitudes - current.lines - np.tensordot(change, current.slopes, 1)
     open_still = np.einsum("i...,i...->...", np.tensordot(covariance, current.slopes, 1), current.slopes.conj()).real
-    power, seen = (np.abs(left) ** 2 + open_still) / _parts(healthy), healthy.seen
+    power, seen = (np.abs(left) ** 2 + open_still) / healthy.part_counts, healthy.seen
     return np.where(seen, left, 0.0), np.where(seen, power, 0.0), np.where(seen, healthy.deviations, np.inf) ** 2
-
-
-def _parts(lines: OrderLines) -> np.ndarray:
-    """Return of how many parts each line is, (orders,): a real and an imaginary one, or only its size."""
-    return np.array([2 if kind.phase else 1 for kind in lines.kinds])
 
 
 def _likeliest(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from ...simulators.machine import Machine
@@ -17,6 +17,8 @@ from .pulse_place import PLACE_GAIN, Placed, is_better, placed_at, placings, tur
 
 #: How often a place of the pulse is looked for once more when what the model lacks has been added.
 ROUNDS = 2
+#: A calibrated machine, and what was added to it.
+_Grown = tuple[Placed, Extended | None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +67,7 @@ def healthy_machine(
         Do not add what the model lacks.
     """
 
-    def grown(placed: Placed) -> tuple[Placed, Extended | None]:
+    def grown(placed: Placed) -> _Grown:
         if as_given:
             return placed, None
         here = turned(healthy, placed.pulse_rad)
@@ -77,17 +79,7 @@ def healthy_machine(
     able = predictor.repeats(machine) or as_given
     places = placings(machine, healthy, predictor, tell=tell) if able else []
     places = places or [placed_at(0.0, machine, (), healthy, predictor, tell=tell)]
-    known: dict[Placed, tuple[Placed, Extended | None]] = {}
-    # How far behind one is before the machine has what it lacks says little: its own unbalance pointing elsewhere alone
-    # leaves most of the lines. Where one has it and misses nothing, there is no reason to look at others.
-    for one in sorted(places, key=lambda one: -one.evidence):
-        known[one] = grown(one)
-        if is_explained(known[one][0].at_healthy, turned(healthy, one.pulse_rad)):
-            break
-    # Each further guess has to be clearly likelier than those with less freedom.
-    best, *others = (known[one] for one in places if one in known)
-    for other in others:
-        best = other if other[0].evidence > best[0].evidence + PLACE_GAIN else best
+    best = _likeliest(places, grown, healthy)
     for _ in range(ROUNDS if able else 0):
         placed = best[0]
         here = turned(healthy, placed.pulse_rad)
@@ -103,3 +95,21 @@ def healthy_machine(
     here = turned(healthy, placed.pulse_rad)
     errors = None if as_given else form_errors(placed.at_healthy, here, predictor, reference_rpm=reference_rpm)
     return HealthyMachine(placed.at_healthy, placed.pulse_rad, form, errors)
+
+
+def _likeliest(places: Sequence[Placed], grown: Callable[[Placed], _Grown], healthy: OrderLines) -> _Grown:
+    """Return the likeliest place of the pulse, the machine having what it lacks there.
+
+    How far behind one is before says little: the machine's own unbalance pointing elsewhere alone leaves most of the
+    lines. Where one has it and misses nothing, there is no reason to look at others.
+    """
+    known: dict[Placed, _Grown] = {}
+    for one in sorted(places, key=lambda one: -one.evidence):
+        known[one] = grown(one)
+        if is_explained(known[one][0].at_healthy, turned(healthy, one.pulse_rad)):
+            break
+    # Each further guess has to be clearly likelier than those with less freedom.
+    best, *others = (known[one] for one in places if one in known)
+    for other in others:
+        best = other if other[0].evidence > best[0].evidence + PLACE_GAIN else best
+    return best

@@ -127,6 +127,11 @@ class OrderLines:
         seen = self.seen
         return np.stack([seen, seen & has_phase(self.conditions, len(self.probes), self.kinds, self.reference)])
 
+    @property
+    def part_counts(self) -> np.ndarray:
+        """Of how many parts each line is, (orders,): a real and an imaginary one, or only its size."""
+        return np.array([2 if kind.phase else 1 for kind in self.kinds])
+
     def select(self, conditions: Sequence[int]) -> OrderLines:
         """Return these conditions only, in this order."""
         chosen = list(conditions)

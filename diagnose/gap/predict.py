@@ -343,22 +343,22 @@ class Predictor:
 
     def _simulate_side_by_side(self, wanted: Sequence[tuple[str, Machine, Machine | None]], *, smooth: bool) -> None:
         machines: dict[Stepped, Machine] = {}
-        bases: set[Stepped] = set()
+        recurring: set[Stepped] = set()
         for _, machine, base in wanted:
             lengths = least_lengths(machine, self.conditions)
             machines[stepped_key(machine, lengths)] = moving_part(machine)
             if sensor_effects(machine):
                 # Others will look at the same motion through another measuring chain.
-                bases.add(stepped_key(machine, lengths))
+                recurring.add(stepped_key(machine, lengths))
             if base is not None:
                 # As long as the run that it is taken off from.
-                bases.add(stepped_key(base, lengths))
+                recurring.add(stepped_key(base, lengths))
                 machines[stepped_key(base, lengths)] = moving_part(base)
         new = {key: one for key, one in machines.items() if key not in self._stepped}
         runs = [run for (_, lengths), one in new.items() for run in self._runs(one, lengths, smooth=smooth)]
         found, count = motions(runs) if runs else [], len(self.conditions)
         now = {key: found[i * count : (i + 1) * count] for i, key in enumerate(new)}
-        for kept in bases & now.keys():
+        for kept in recurring & now.keys():
             self._stepped[kept] = now[kept]
         for key, machine, base in wanted:
             lengths = least_lengths(machine, self.conditions)
@@ -369,7 +369,7 @@ class Predictor:
                 self._failed[key] = grows_without_bound(machine)
             else:
                 self._keep(key, lines)
-        keep_lately(self._stepped, bases)
+        keep_lately(self._stepped, recurring)
 
     def _lines_in_time(
         self,

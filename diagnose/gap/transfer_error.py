@@ -104,7 +104,7 @@ def learnt(
     seen = healthy.seen
     count = seen.sum(axis=0)
     noise = np.where(seen, healthy.deviations, 0.0) ** 2
-    parts = np.array([2 if kind.phase else 1 for kind in healthy.kinds])
+    parts = healthy.part_counts
     size = np.where(seen, np.abs(healthy.amplitudes) ** 2 / parts, 0.0).sum(axis=0)
     made = np.where(seen, np.abs(current.lines) ** 2 / parts, 0.0).sum(axis=0)
     clear = (count > 1) & (size * np.sqrt(count) > CLEAR**2 * noise.sum(axis=0)) & (made > LEAST_MADE**2 * size)

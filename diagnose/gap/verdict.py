@@ -227,8 +227,7 @@ def _causes(best: Fit, probabilities: Mapping[tuple[str, ...], float], machine: 
 def _residuals(compared: Comparison, conditions: Sequence[int]) -> tuple[ResidualLine, ...]:
     lines = compared.lines
     size = sigmas(compared)
-    both = (from_scale(own, lines.knees) for own in (lines.amplitudes, compared.expected))
-    measured, simulated = (np.asarray(own, dtype=complex) for own in both)
+    measured, simulated = (from_scale(own, lines.knees) for own in (lines.amplitudes, compared.expected))
     found = []
     for flat in np.argsort(size, axis=None)[::-1][:MOST_RESIDUALS]:
         c, p, k = (int(i) for i in np.unravel_index(int(flat), size.shape))

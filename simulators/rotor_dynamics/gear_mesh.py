@@ -91,12 +91,11 @@ def _error_signals(
     error, rate, share = (np.zeros(timeline.phase_rad.shape) for _ in range(3))
     powers: dict[int, np.ndarray] = {}
     for order, a, b, c, d in series.reshape(-1, _EACH, *series.shape[1:]):
-        if a.any() or b.any():
+        if a.any() or b.any() or c.any() or d.any():
             cos, sin = _harmonic(timeline, order, mesh_order, powers)
             error = error + a * cos + b * sin
             rate = rate + order * timeline.speed_rad_s * (b * cos - a * sin)
-            if c.any() or d.any():
-                share = share + c * cos + d * sin
+            share = share + c * cos + d * sin
     return error, rate, share
 
 
