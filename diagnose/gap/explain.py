@@ -42,7 +42,8 @@ from .waveform import ONLY_IN_WAVEFORM, SUSPECTED, lossy_channels, seen_in_wavef
 HIGHEST_ORDER = 6.0
 #: Conditions in which all candidates are screened; the best are then followed in all of them.
 SCREENED_CONDITIONS = 3
-#: The same where every response is a simulation in time, and candidates that are then followed further.
+#: The same where every response is a simulation in time; candidates that are then followed further, and parts and
+#: variants of one effect among them.
 SCREENED_IN_TIME, FOLLOWED_IN_TIME, PARTS_IN_TIME = 2, 16, 3
 
 Tell = Callable[[str], None]
