@@ -18,6 +18,7 @@ from ...simulators.parameter import LogNormal, Normal, Parameter
 from .coordinates import Coordinate, coordinates_of
 from .lines import Condition, OrderLines
 from .predict import Predictor
+from .size_scale import gained
 
 #: Relative standard deviation of a probe's gain (real and imaginary part): accelerometers and amplifiers in use.
 GAIN_DEVIATION = 0.02
@@ -268,7 +269,7 @@ def again(baseline: Baseline, machine: Machine, predictor: Predictor) -> Baselin
 
 
 def _gain_slopes(lines: np.ndarray, predictor: Predictor) -> np.ndarray:
-    probes = lines.shape[1]
+    probes, lines = lines.shape[1], gained(lines, predictor.knees)
     gains = np.zeros((2 * probes, *lines.shape), dtype=complex)
     for probe in range(probes):
         gains[2 * probe, :, probe] = lines[:, probe]
@@ -298,16 +299,24 @@ class ModelError:
         Power of the speed.
     length : float
         Relative change of speed over which they change much.
+    own_share : float
+        Share of the variance that no other condition has in common with one, however near.
     """
 
     deviation: np.ndarray
     growth: np.ndarray
     length: float = ERROR_LENGTH_SPEED
+    own_share: float = 0.0
 
     def at(self, conditions: Sequence[Condition]) -> np.ndarray:
         """Return the deviation in each condition, shape (conditions, probes, orders)."""
         speeds = np.array([one.speed_rpm for one in conditions])[:, None, None] / REFERENCE_RPM
         return self.deviation * speeds**self.growth
+
+    def alike(self, conditions: tuple[Condition, ...]) -> np.ndarray:
+        """Return how alike it is in two conditions, from 0 to 1, shape (conditions, conditions)."""
+        common = similarity(conditions, self.length)
+        return common + self.own_share * (np.eye(len(conditions)) - common)
 
 
 def error_covariance(
@@ -330,7 +339,7 @@ def error_covariance(
         Relative change of speed over which it changes much; a ModelError has its own.
     """
     known = isinstance(error, ModelError)
-    kernel = similarity(conditions, error.length if known else length)
+    kernel = error.alike(conditions) if known else similarity(conditions, length)
     each = error.at(conditions) if known else np.broadcast_to(error, parts.shape[1:])
     real, imaginary = (_error_block(kernel, each, seen) for seen in parts)
     zero = np.zeros((real.shape[0], imaginary.shape[0]))

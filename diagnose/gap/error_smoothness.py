@@ -6,9 +6,11 @@ it change within a few per cent of speed; taken for smoother than that, it makes
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from .baseline import ERROR_LENGTH_SPEED, ModelError, similarity
+from .baseline import ERROR_LENGTH_SPEED, ModelError
 from .lines import Condition
 
 #: Changes of speed that are tried, and by how much the logarithm of the likelihood must rise to leave the usual one.
@@ -56,7 +58,7 @@ def _likelihood(
     # What is not seen is 0 with variance 1: it adds a constant.
     own = np.moveaxis(np.where(seen, noise, 1.0), 0, -1)
     each, values = np.moveaxis(size, 0, -1), np.moveaxis(np.where(seen, left, 0.0), 0, -1)
-    covariance = similarity(conditions, length) * each[..., :, None] * each[..., None, :]
+    covariance = replace(error, length=length).alike(conditions) * each[..., :, None] * each[..., None, :]
     covariance = covariance + own[..., None] * np.eye(len(conditions))
     lower = np.linalg.cholesky(covariance)
     white = np.linalg.solve(lower, values[..., None])

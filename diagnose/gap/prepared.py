@@ -9,7 +9,7 @@ import numpy as np
 
 from ...simulators.machine import Machine
 from .baseline import ERROR_LENGTH_SPEED, Baseline, ModelError, again, model_error
-from .calibration import calibrated, residual_error
+from .calibration import calibrated, residual_error, settled_further
 from .evidence import Problem
 from .form_error import FormErrors
 from .healthy_machine import healthy_machine
@@ -129,7 +129,7 @@ def put_together(
             machine, healthy, healthy_predictor, reference_rpm=highest, as_given=as_given, tell=tell
         )
         measured, healthy = turned(measured, found.pulse_rad), turned(healthy, found.pulse_rad)
-        at_calibration = found.at_healthy
+        at_calibration = settled_further(found.at_healthy, healthy, healthy_predictor, tell=tell)
     else:
         at_calibration = calibrated(machine, measured.select(fitted), predictor.select(fitted), tell=tell)
     baseline = again(at_calibration, at_calibration.machine, predictor)

@@ -77,3 +77,12 @@ def at_most_once(change: np.ndarray, knees: np.ndarray | None) -> np.ndarray:
     if knees is None:
         return change
     return np.where(np.isfinite(knees), np.clip(np.real(change), -knees, knees), change)
+
+
+def gained(lines: np.ndarray, knees: np.ndarray | None) -> np.ndarray:
+    """Return by how much lines (..., probes, orders) on the scale change with their probe's gain: derivative at 1."""
+    if knees is None:
+        return lines
+    own = np.isfinite(knees)
+    knee = np.where(own, knees, 1.0)
+    return np.where(own, knee * np.tanh(np.real(lines) / knee), lines)

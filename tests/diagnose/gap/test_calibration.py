@@ -4,15 +4,26 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rotorwise.diagnose.gap.baseline import Baseline, error_covariance, linearised, model_error, start
+from rotorwise.diagnose.gap.baseline import (
+    Baseline,
+    ModelError,
+    error_covariance,
+    linearised,
+    machine_at,
+    model_error,
+    start,
+)
 from rotorwise.diagnose.gap.calibration import (
+    OWN_SHARE,
     calibrated,
     left_variance,
     objective,
     out_of_reach,
     residual_error,
+    settled_further,
     size_error,
 )
+from rotorwise.diagnose.gap.coordinates import coordinates_of
 from rotorwise.diagnose.gap.healthy_machine import healthy_machine
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
 from rotorwise.diagnose.gap.predict import Predictor
@@ -184,6 +195,15 @@ def test_on_the_scale_a_size_may_be_off_as_all_of_them_are():
     assert together[9] == pytest.approx(0.5 * np.sqrt(0.9 * 3 / 7), rel=0.1)
     assert together[10] < 0.05
     assert together[:9].max() < 0.9
+    assert (residual_error(current, plain).own_share, residual_error(current, scaled).own_share) == (0.0, OWN_SHARE)
+
+
+def test_a_share_of_the_error_is_of_one_condition_alone():
+    conditions = (Condition(1000.0), Condition(1000.0), Condition(1300.0))
+    error = ModelError(np.full((1, 1), 2.0), np.zeros((1, 1)), own_share=0.1)
+    found = error_covariance(conditions, error, np.ones((2, 3, 1, 1), dtype=bool))[:3, :3]
+    common = 3.6 * np.exp(-0.5 * (np.log(1.3) / error.length) ** 2)
+    assert found == pytest.approx(np.array([[4.0, 3.6, common], [3.6, 4.0, common], [common, common, 4.0]]))
 
 
 def _bare(shape: tuple[int, ...], lines: float) -> Baseline:
@@ -225,3 +245,42 @@ def test_what_noise_hides_in_healthy_lines_is_nothing_new():
         each = found.at(conditions[:count])
         assert each.max(axis=0).min() > 0.2
         assert np.median(each) < 2
+
+
+class _Curved:
+    """Stands for a predictor of a machine that does not repeat itself, and whose lines are curved in one parameter."""
+
+    knees, reference, conditions = None, (), tuple(Condition(600.0 * 1.3**k) for k in range(5))
+    repeating = False
+
+    def repeats(self, machine):
+        return self.repeating
+
+    def prepare(self, machines, **_):
+        return [True] * len(machines)
+
+    def amplitudes(self, machine):
+        off = np.log(machine.values["coupling_stiffness_n_m"] / _GIVEN)
+        shape = 1 + 0.2 * np.arange(5)[:, None, None] * np.ones((5, 1, 3))
+        return (shape * (1 + off + 8 * off**2)).astype(complex)
+
+
+_GIVEN = find_machine("amb_rotor").values["coupling_stiffness_n_m"]
+
+
+def test_where_the_motion_does_not_repeat_the_last_steps_are_simulated():
+    machine, predictor = find_machine("amb_rotor"), _Curved()
+    coordinates = coordinates_of([p for p in machine.definition.parameters if p.name == "coupling_stiffness_n_m"])
+    given = np.array([coordinates[0].coordinate(_GIVEN)])
+    known = machine, coordinates, given, given, np.ones(1, dtype=bool)
+    current = linearised(*known, predictor)
+    truth = predictor.amplitudes(machine_at(machine, coordinates, given + 1.0))
+    scatter = 0.01 * np.random.default_rng(3).normal(size=truth.shape)
+    healthy = OrderLines(predictor.conditions, ("a",), (1.0, 2.0, 3.0), truth + scatter, np.full(truth.shape, 0.01))
+    found = settled_further(current, healthy, predictor)
+    error = residual_error(current, healthy)
+    assert objective(found, healthy, error) < objective(current, healthy, error) - 10
+    assert found.position == pytest.approx(given + 1.0, abs=0.2)
+    assert found.lines == pytest.approx(predictor.amplitudes(found.machine))
+    predictor.repeating = True
+    assert settled_further(current, healthy, predictor) is current

@@ -5,7 +5,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
-from rotorwise.diagnose.gap.size_scale import KNEE, at_most_once, from_scale, in_units, knees_of, on_scale, to_scale
+from rotorwise.diagnose.gap.size_scale import (
+    KNEE,
+    at_most_once,
+    from_scale,
+    gained,
+    in_units,
+    knees_of,
+    on_scale,
+    to_scale,
+)
 
 KINDS = (LineKind(), LineKind(phase=False))
 
@@ -72,3 +81,12 @@ def test_a_tolerance_refers_to_one_factor_e_at_most():
     assert found[:, 0, 0] == pytest.approx(3j)
     assert found[:, 0, 1] == pytest.approx([0.1, -0.1, 0.02])
     assert at_most_once(change, None) is change
+
+
+@given(st.floats(0.0, 1e3), st.floats(1e-3, 1e3))
+def test_a_gain_changes_a_large_size_by_its_share_of_the_knee(size, knee):
+    knees, step = np.array([[np.inf, knee]]), 1e-5
+    low, here, high = (to_scale(np.array([[size * 1j, size]]) * (1 + s), knees) for s in (-step, 0.0, step))
+    assert gained(here, knees) == pytest.approx((high - low) / (2 * step), rel=1e-4, abs=1e-9)
+    assert gained(here, knees)[0, 1].real <= knee
+    assert gained(here, None) is here
