@@ -29,6 +29,7 @@ from .predict import UnpredictableError
 from .prediction import Predicted, given_others, prior_of
 from .refine import FIRST_STEPS, Fit, climbed, laws_of
 from .responses import Responses
+from .result import AS_GOOD_DB
 from .search import GOOD, Posterior
 from .shown_lines import SHOWN
 from .two_effects import MISFIT, MOVES
@@ -206,7 +207,8 @@ def _levelled(seen: Posterior, prepared: Prepared, fits: Mapping[Names, Fit]) ->
     if leading and "unknown" not in leading:
         rivals = [names for names in fits if names not in ((), leading) and "unknown" not in names][:RIVALS]
         own, *others = predicted_db([fits[names] for names in (leading, *rivals)], prepared)
-        if own <= 0 and _needs_nothing(seen):
+        least = 0.0 if leading in seen.held_out else AS_GOOD_DB
+        if own <= least and _needs_nothing(seen):
             return _as_nothing(seen, leading)
         if own <= 0 and leading not in seen.held_out:
             return _unnamed(seen, leading, _no_nearer(leading))

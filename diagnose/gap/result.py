@@ -13,6 +13,8 @@ from .lines import OrderLines
 
 #: Possible verdicts.
 KINDS = ("none", "one cause", "several causes", "unknown", "cannot tell")
+#: A gain that is larger by so little is no larger: residuals are told no better.
+AS_GOOD_DB = 0.3
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from .result import AddedForce, Cause, Estimate, Gain, GapResult, ResidualLine
+from .result import AS_GOOD_DB, AddedForce, Cause, Estimate, Gain, GapResult, ResidualLine
 from .waveform import ONLY_IN_WAVEFORM
 
 if TYPE_CHECKING:
@@ -20,8 +20,6 @@ ALIKE = 1.2
 _WRONG = ("lacks", "has too much", "gets the size wrong of", "gets the phase wrong of")
 #: Of an amplitude beside another one: less is what numbers leave.
 ROUNDING = 1e-9
-#: A placebo whose gain comes this close does as well: residuals are told no better.
-AS_GOOD_DB = 0.3
 #: Orders and conditions that a sentence names.
 MOST_NAMED = 4
 _NO_LINE = "No line by itself differs from the model"

@@ -64,9 +64,12 @@ def _after(
     compared: Any = None
     posterior = Posterior(compared, none, tuple(fits), something, shares, 0.5)
     monkeypatch.setattr(held_out, "_unknown_density", lambda *_: unknown)
-    monkeypatch.setattr(
-        held_out, "predicted", lambda fit, _, moves=0: Predicted(densities[fit.names], min(chance, all_chance), chance)
-    )
+
+    def predicted(fit: Any, _: Any, moves: int = 0) -> Predicted | None:
+        one = densities.get(fit.names)
+        return None if one is None else Predicted(one, min(chance, all_chance), chance)
+
+    monkeypatch.setattr(held_out, "predicted", predicted)
     own = gains or dict.fromkeys(shares, 10.0)
     monkeypatch.setattr(held_out, "predicted_db", lambda fits, _: [own[fit.names] for fit in fits])
     prepared: Any = SimpleNamespace(held_out=(1,))
@@ -120,6 +123,15 @@ def test_no_name_where_the_held_out_lines_gain_nothing_and_nothing_is_missed(mon
     shares = {LEFT: 0.97, (): 0.02, UNKNOWN: 0.01}
     monkeypatch.setattr(held_out, "chance_of_residual", lambda _: left_by_nothing)
     found, remarks = _after(monkeypatch, shares, {LEFT: 5.0, (): 4.5}, gains={LEFT: own})
+    assert judged(found.probabilities)[0] == kind
+    assert bool(remarks) is (kind == "none")
+
+
+@pytest.mark.parametrize(("own", "kind"), [(0.2, "none"), (0.4, "one cause")])
+def test_without_a_density_the_gain_has_to_be_one_where_nothing_is_missed(monkeypatch, own, kind):
+    shares = {LEFT: 0.97, (): 0.02, UNKNOWN: 0.01}
+    monkeypatch.setattr(held_out, "chance_of_residual", lambda _: 0.9)
+    found, remarks = _after(monkeypatch, shares, {(): 4.5}, gains={LEFT: own})
     assert judged(found.probabilities)[0] == kind
     assert bool(remarks) is (kind == "none")
 
