@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...datasets.recording import Recording
+from ..result import SpeedEstimate
 from ..signal.checks import check_channel
 from ..signal.speed import speed_from_tacho
 from .lines import OrderLines
@@ -93,11 +94,15 @@ def _wanders(recordings: Sequence[Recording], healthy: Sequence[Recording]) -> b
     """Return whether the speed wanders within most recordings, by the tacho or by the phase of 1X against it."""
     if np.median(variations(recordings)) > max(WANDER, WANDER_GROWTH * variations(healthy).max(initial=0.0)):
         return True
-    now = [phase_wander(one) for one in recordings]
-    change = float(np.median([change * shown for change, shown in now]))
-    # Every machine's speed wanders a little: without healthy records that tell, it is no news.
-    usual = max((one for one, _ in map(phase_wander, healthy) if one > 0), default=WANDER)
-    return change > WANDER_GROWTH * usual
+    # Every machine's speed wanders a little: without healthy records that tell, it is no news. How little of it shows
+    # depends on the speed.
+    usual = [(_speed_hz(one), change) for one in healthy if (change := phase_wander(one)[0]) > 0]
+    grown = 0
+    for one in recordings:
+        change, shown = phase_wander(one)
+        before = min(usual, key=lambda known: abs(known[0] - _speed_hz(one)))[1] if shown and usual else WANDER
+        grown += shown and change > WANDER_GROWTH * before
+    return 2 * grown > len(recordings)
 
 
 def _shows_speed(recording: Recording, name: str) -> bool:
@@ -258,6 +263,16 @@ def variations(recordings: Sequence[Recording]) -> np.ndarray:
 
 
 def _variation(recording: Recording) -> float:
+    found = _by_tacho(recording)
+    return found.variation if found else 0.0
+
+
+def _speed_hz(recording: Recording) -> float:
+    found = _by_tacho(recording)
+    return found.speed_hz if found else 0.0
+
+
+def _by_tacho(recording: Recording) -> SpeedEstimate | None:
     for index, channel in enumerate(recording.channels):
         if channel.quantity == "tacho":
             found = speed_from_tacho(
@@ -266,5 +281,5 @@ def _variation(recording: Recording) -> float:
                 pulses_per_revolution=recording.pulses_per_revolution,
             )
             if found is not None:
-                return found[0].variation
-    return 0.0
+                return found[0]
+    return None

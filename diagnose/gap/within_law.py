@@ -61,14 +61,13 @@ def within_its_law(fits: Sequence[Fit], none: Fit, unknown: float, *, misfit: fl
 def pair_margin(best: Fit, none: Fit, *, misfit: float) -> float:
     """Return how much more evidence than the best single effect two need.
 
-    As much as something unknown where that one is told by sizes and leaves only noise: what a second one adds may be
-    what the first one's sizes are off by. Not of a contact, whose law says how, nor of the measuring chain, which is
-    exact.
+    As much as something unknown where that one's law is wide, as told by sizes or an idealisation, and it leaves only
+    noise: what a second one adds may be what the first one's law is off by, and a narrower law is worth evidence by
+    itself. Not of the measuring chain, which is exact.
     """
     gain = best.log_evidence - none.log_evidence
-    inexact = not any(one.effect.IDEALISED or one.effect.STAGE == "sensor" for one in best.candidates)
-    by_sizes = inexact and _is_wide(best)
-    if not by_sizes or gain < CLEAR or chance_of_residual(best) <= misfit:
+    inexact = not any(one.effect.STAGE == "sensor" for one in best.candidates)
+    if not (inexact and _is_wide(best)) or gain < CLEAR or chance_of_residual(best) <= misfit:
         return PAIR_MARGIN
     return max(min(SHARE * gain, MOST_BEHIND), PAIR_MARGIN)
 

@@ -49,6 +49,17 @@ def test_what_only_the_phase_shows_is_named_against_healthy_records():
     assert seen_in_waveform(wandering, [one.select([0, 1]) for one in healthy], ["a", "b"]) == {}
 
 
+def test_what_noise_makes_of_the_phase_at_another_speed_hides_no_wander():
+    slow = (tacho := 0.4 * _turns(0.0)) % 1 < 0.1
+    lines = 0.002 * np.stack([np.cos(2 * np.pi * tacho), np.cos(2 * np.pi * tacho + 1.0)])
+    noise = 0.02 * np.random.default_rng(5).normal(size=(2, SAMPLES))
+    loud = Recording(np.concatenate([lines + noise, slow[None].astype(float)]), RATE_HZ, CHANNELS)
+    assert phase_wander(loud)[0] > 1e-3
+    healthy = [loud, *(_recording(STEADY, seed=i) for i in range(3))]
+    wandering = [_recording(_turns(1e-3), seed=10 + i) for i in range(3)]
+    assert seen_in_waveform(wandering, healthy, ["a", "b"]) == {"speed_wander": ()}
+
+
 def test_a_line_close_to_1x_noise_and_a_swinging_gain_are_no_wander():
     hum = np.stack([0.05 * np.cos(2 * np.pi * 18.1 * TIME), 0.01 * np.cos(2 * np.pi * 18.1 * TIME + 2.0)])
     swinging = 0.05 * np.sin(2 * np.pi * HUNTING_HZ * TIME) * np.cos(2 * np.pi * STEADY)

@@ -97,3 +97,10 @@ def test_beside_an_effect_that_sizes_tell_a_second_one_needs_more(by_name, phase
     assert pair_margin(replace(fit, residual=2 * fit.residual), none, misfit=1e-3) == PAIR_MARGIN
     hum = replace(fit, candidates=(by_name["mains_hum"],))
     assert pair_margin(hum, none, misfit=1e-3) == PAIR_MARGIN
+
+
+def test_beside_a_contact_that_leaves_only_noise_a_second_effect_needs_more(by_name):
+    fit = _fit(by_name["rub"], evidence=0.0)
+    none = replace(NONE, log_evidence=-9000.0)
+    assert pair_margin(fit, none, misfit=1e-3) == 100.0
+    assert pair_margin(replace(fit, residual=2 * fit.residual), none, misfit=1e-3) == PAIR_MARGIN
