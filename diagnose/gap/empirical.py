@@ -19,7 +19,7 @@ import numpy as np
 from ...simulators.effects.empirical_force import EmpiricalForce
 from .baseline import error_covariance
 from .evidence import PROBE_TOLERANCE, Comparison
-from .force_transfer import force_places, force_transfer
+from .force_transfer import force_places, force_transfer, numbers_with_phase
 from .judged import TOLD_APART, judged
 from .predict import Predictor
 from .result import AddedForce, Estimate
@@ -122,13 +122,14 @@ def forces_of(
     broken, not_described = [], []
     kinds = compared.lines.kinds
     whole = [k for k in numbers if kinds[k].phase and _is_whole(compared.lines.orders[k])]
-    moved = force_transfer(machine, predictor) if whole else None
+    moved, phases = force_transfer(machine, predictor) if whole else None, numbers_with_phase(predictor)
     names = line_names(compared.lines)
     for k in numbers:
         if moved is None or k not in whole:
             broken.append(names[k])
             continue
-        added = _of_order(_order(compared, k), moved[:, :, k], force_places(machine), compared)
+        at = phases.index(k)
+        added = _of_order(_order(compared, k), moved[:, :, at, at], force_places(machine), compared)
         found += added
         not_described += [] if added else [names[k]]
     remarks = [

@@ -17,7 +17,14 @@ import numpy as np
 
 from ...simulators.machine import Machine
 from .baseline import similarity
-from .force_transfer import FORCES, force_places, force_transfer, places_across, transfer_across
+from .force_transfer import (
+    FORCES,
+    force_places,
+    force_transfer,
+    numbers_with_phase,
+    places_across,
+    transfer_across,
+)
 from .predict import Predictor
 
 #: Directions of moments that tilt a shaft.
@@ -38,14 +45,17 @@ class ForceKernel:
     ----------
     at : str
         The place, or "" for independent forces at all places.
-    moved : ndarray (2, conditions, orders, probes, forces), complex
-        Lines of unit forces of complex amplitude 1, and i.
+    moved : ndarray (2, conditions, orders, orders, probes, forces), complex
+        Lines with phase at the first order, of unit forces of complex amplitude 1, and i, at the second.
+    numbers : tuple of int
+        Of these lines.
     law : ndarray (conditions, conditions)
         How alike forces are in two conditions.
     """
 
     at: str
     moved: np.ndarray
+    numbers: tuple[int, ...]
     law: np.ndarray
 
     def lines(self, order: int) -> np.ndarray:
@@ -53,9 +63,19 @@ class ForceKernel:
 
         Shape (2, conditions, probes, 2, conditions, probes).
         """
-        own = self.moved[:, :, order]
-        parts = np.stack([np.real(own), np.imag(own)])
-        return np.einsum("xacpf,yadqf,cd->xcpydq", parts, parts, self.law, optimize=True)
+        at = self.numbers.index(order)
+        return self._covariance(self.moved[:, :, [at], at])[:, :, 0, :, :, :, 0]
+
+    def spread(self, order: int) -> np.ndarray:
+        """Return the covariance of the lines that forces at one order make at every one that has a phase.
+
+        Shape (2, conditions, orders, probes, 2, conditions, orders, probes).
+        """
+        return self._covariance(self.moved[:, :, :, self.numbers.index(order)])
+
+    def _covariance(self, moved: np.ndarray) -> np.ndarray:
+        parts = np.stack([np.real(moved), np.imag(moved)])
+        return np.einsum("xacopf,yadrqf,cd->xcopydrq", parts, parts, self.law, optimize=True)
 
 
 def force_kernels(machine: Machine, predictor: Predictor) -> tuple[ForceKernel, ...]:
@@ -71,12 +91,13 @@ def force_kernels(machine: Machine, predictor: Predictor) -> tuple[ForceKernel, 
     turning, tilting = forces.turning(("x", "y")), moments.turning(MOMENTS)
     laws = _laws(predictor)
     anywhere = [forces.lines, np.concatenate([turning.lines, tilting.as_large_as(turning).lines], axis=-1)]
-    found = [ForceKernel("", own, law) for own in anywhere for law in laws if own.size]
+    phases = numbers_with_phase(predictor)
+    found = [ForceKernel("", own, phases, law) for own in anywhere for law in laws if own.size]
     seen: list[np.ndarray] = []
     across = _across(machine, predictor)
     for place, own in [one for moved in (forces, moments, across) for one in moved.each()]:
-        kernels = [ForceKernel(place, own, law) for law in laws]
-        smooth = np.stack([kernels[0].lines(order) for order in range(len(predictor.orders))])
+        kernels = [ForceKernel(place, own, phases, law) for law in laws]
+        smooth = np.stack([kernels[0].lines(order) for order in phases])
         largest = float(np.abs(smooth).max())
         if not largest or any(np.abs(smooth / largest - other).max() < SAME for other in seen):
             continue
@@ -89,7 +110,8 @@ def turning_kernels(machine: Machine, predictor: Predictor) -> tuple[ForceKernel
     """Return the kernels of forces that turn with the shaft, at each place and between the halves of couplings."""
     forces, across = _Moved.by(machine, predictor, FORCES), _across(machine, predictor)
     turning = [one for moved in (forces, across) for one in moved.turning(("x", "y")).each()]
-    return tuple(ForceKernel(place, own, law) for place, own in turning for law in _laws(predictor))
+    phases = numbers_with_phase(predictor)
+    return tuple(ForceKernel(place, own, phases, law) for place, own in turning for law in _laws(predictor))
 
 
 def _across(machine: Machine, predictor: Predictor) -> _Moved:

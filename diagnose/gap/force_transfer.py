@@ -45,12 +45,19 @@ def _across(machine: Machine) -> dict[str, dict[str, Direction]]:
     return found
 
 
-def force_transfer(machine: Machine, predictor: Predictor, ways: Sequence[str] = FORCES) -> np.ndarray:
-    """Return the probes' lines of unit forces, shape (2, conditions, orders, probes, forces) as `force_places`.
+def numbers_with_phase(predictor: Predictor) -> tuple[int, ...]:
+    """Return the numbers of the lines that have a phase."""
+    return tuple(number for number, kind in enumerate(predictor.kinds) if kind.phase)
 
-    First of complex amplitude 1, then of i: where a stiffness changes with the angle, one does not follow from the
-    other. At half orders up to `HIGHEST` as small forces beside the machine's own motion; at other orders, and where
-    that motion does not repeat with the shaft, by the machine's mean matrices.
+
+def force_transfer(machine: Machine, predictor: Predictor, ways: Sequence[str] = FORCES) -> np.ndarray:
+    """Return the probes' lines of unit forces, shape (2, conditions, orders, orders, probes, forces).
+
+    Of the lines that have a phase (`numbers_with_phase`), at the first order of a force at the second; forces as
+    `force_places`. First of complex amplitude 1, then of i: where a stiffness changes with the angle, one does not
+    follow from the other, and a force at one order makes lines at others. At half orders up to `HIGHEST` as small
+    forces beside the machine's own motion; at other orders, and where that motion does not repeat with the shaft, by
+    the machine's mean matrices.
     """
 
     def where(loaded: Machine) -> list[Direction]:
@@ -70,15 +77,17 @@ def transfer_across(machine: Machine, predictor: Predictor) -> np.ndarray:
 
 
 def _transfer(machine: Machine, predictor: Predictor, where: Callable[[Machine], list[Direction]]) -> np.ndarray:
-    orders, found = np.array(predictor.orders), []
+    orders, found = np.array(predictor.orders)[list(numbers_with_phase(predictor))], []
     is_half = np.abs(TURNS * orders - np.round(TURNS * orders)) < 1e-9
     halves = np.flatnonzero(is_half & (orders > 0) & (orders <= HIGHEST))
     for index in range(len(predictor.conditions)):
-        mean = _by_mean_matrices(machine, predictor, index, where)
-        own = np.stack([mean, 1j * mean])
+        mean = _by_mean_matrices(machine, predictor, index, where, orders)
+        own = np.zeros((2, orders.size, *mean.shape), dtype=complex)
+        each = np.arange(orders.size)
+        own[:, each, each] = np.stack([mean, 1j * mean])
         if halves.size and mean.size:
             with contextlib.suppress(RotorwiseError):
-                own[:, halves] = _beside_motion(machine, predictor, index, where, orders[halves])
+                own[np.ix_(np.arange(2), halves, halves)] = _beside_motion(machine, predictor, index, where, orders[halves])
         found.append(own)
     return np.stack(found, axis=1)
 
@@ -90,7 +99,7 @@ def _beside_motion(
     where: Callable[[Machine], list[Direction]],
     orders: np.ndarray,
 ) -> np.ndarray:
-    """Return the same in one condition, (2, orders, probes, forces), as small forces beside the machine's motion."""
+    """Return the same in one condition, (2, orders, orders, ...), as small forces beside the machine's motion."""
     condition = predictor.conditions[index]
     loaded = at_condition(machine, condition)
     parts = loaded.bare_assembly()
@@ -103,11 +112,16 @@ def _beside_motion(
     )
     names = [probe.name for probe in parts.probes]
     rows = [names.index(name) for name in predictor.probes]
-    return found[:, 0][:, np.round(TURNS * orders).astype(int)][:, :, rows]
+    at = np.round(TURNS * orders).astype(int)
+    return found[:, 0][:, at][:, :, at][:, :, :, rows]
 
 
 def _by_mean_matrices(
-    machine: Machine, predictor: Predictor, index: int, where: Callable[[Machine], list[Direction]]
+    machine: Machine,
+    predictor: Predictor,
+    index: int,
+    where: Callable[[Machine], list[Direction]],
+    orders: np.ndarray,
 ) -> np.ndarray:
     """Return the probes' lines per unit force in one condition, shape (orders, probes, forces)."""
     condition = predictor.conditions[index]
@@ -131,6 +145,6 @@ def _by_mean_matrices(
     unit = np.eye(system.states)
     found = [
         system.probe_rows[rows] @ np.linalg.solve(1j * order * speed * unit - system.core, columns) + direct[rows]
-        for order in predictor.orders
+        for order in orders
     ]
-    return np.stack(found)
+    return np.array(found, dtype=complex).reshape(len(orders), len(rows), len(directions))

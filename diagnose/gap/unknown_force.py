@@ -4,7 +4,8 @@ Order by order the unexplained part is a random function of the condition: force
 place of it, smooth or by a power of speed (`force_kernels`), or an error of each probe's line that varies smoothly, at
 all probes or at those of one place alone.
 Which of these and how strong is what the data say most probably (empirical Bayes); the choice costs the logarithm of
-its prior probability.
+its prior probability. Where a stiffness changes with the shaft's angle, a force at one order makes lines at others:
+these are no further orders that something unknown makes.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .baseline import similarity
-from .evidence import PROBE_TOLERANCE, Comparison
+from .evidence import LAW_TOLERANCE, PROBE_TOLERANCE, Comparison
 from .force_kernels import ForceKernel, prior_shares
 from .lines import unstacked
 from .transfer_error import LEAST
@@ -79,6 +80,8 @@ def unexplained(compared: Comparison, kernels: Sequence[ForceKernel]) -> Unknown
         if found and found[0] > LEAST_GAIN:
             _, chosen[order], prices[order] = found
     count = len(compared.lines.orders)
+    if len(chosen) > 1:
+        chosen = _needed(compared, residual, chosen, prices)
     if not chosen:
         # Nothing is left over: that something is there all the same has to pay for at least one order.
         nothing = compared.log_constant - 0.5 * float(compared.residual @ compared.residual)
@@ -90,8 +93,24 @@ def unexplained(compared: Comparison, kernels: Sequence[ForceKernel]) -> Unknown
     gains = np.zeros(count)
     for order, part in chosen.items():
         gains[order] = evidence - _joint(compared, residual, together - part)[0]
-    lines = unstacked(values, compared.lines.parts)
+    lines, prices = unstacked(values, compared.lines.parts), {order: prices[order] for order in chosen}
     return Unknown(evidence - sum(prices.values()), lines, gains, chosen, prices)
+
+
+def _needed(
+    compared: Comparison, residual: np.ndarray, chosen: Mapping[int, np.ndarray], prices: Mapping[int, float]
+) -> dict[int, np.ndarray]:
+    """Return the orders without those whose lines the forces at others make as well, at less than their price."""
+    kept = dict(chosen)
+    while len(kept) > 1:
+        together = sum(kept.values(), np.zeros_like(compared.covariance))
+        evidence = _joint(compared, residual, together)[0]
+        worth = {k: evidence - _joint(compared, residual, together - own)[0] - prices[k] for k, own in kept.items()}
+        least = min(worth, key=lambda order: worth[order])
+        if worth[least] >= 0:
+            break
+        del kept[least]
+    return kept
 
 
 def _most_probable(
@@ -103,21 +122,44 @@ def _most_probable(
     if one is None or one.white @ one.white < one.rows.size + STANDS_OUT * math.sqrt(2 * one.rows.size):
         return None
     smooth = 1 / 3 if kernels and lines.kinds[order].phase else 1.0
-    options = [(_line_kernel(compared, own), smooth * share) for own, share in _groups(compared)]
+    options: list[tuple[np.ndarray, float, ForceKernel | None]] = []
+    options += [(_line_kernel(compared, own), smooth * share, None) for own, share in _groups(compared)]
     if lines.kinds[order].phase:
-        shares = prior_shares(kernels)
         passed = _as_it_passes(compared, order)
-        options += [(passed * kernel.lines(order), share) for kernel, share in zip(kernels, shares, strict=True)]
+        shares = zip(kernels, prior_shares(kernels), strict=True)
+        options += [(passed * kernel.lines(order), share, kernel) for kernel, share in shares]
     found = []
-    for number, (kernel, share) in enumerate(options):
+    for number, (kernel, share, _) in enumerate(options):
         block = _stacked(compared, order, kernel) * one.largest**2
         gain, size = _best_size(one.white, one.inverse @ block @ one.inverse.T)
         price = math.log(SIZES.size / share)
         found.append((gain - price, -number, size * block, price))
-    gain, _, block, price = max(found, key=lambda one: one[:2])
-    whole = np.zeros_like(compared.covariance)
+    gain, number, block, price = max(found, key=lambda one: one[:2])
+    whole, force = np.zeros_like(compared.covariance), options[-number][2]
+    if force is not None:
+        whole = _spread(compared, order, force)
+        own = np.diag(whole)[one.rows].max()
+        whole *= np.diag(block).max() / max(own, 1e-300)
     whole[np.ix_(one.rows, one.rows)] = block
     return gain, whole, price
+
+
+def _spread(compared: Comparison, order: int, kernel: ForceKernel) -> np.ndarray:
+    """Return the covariance of all stacked lines (reals, reals) that forces at one order make, there and at others.
+
+    What they make at others follows no better than the orders of an effect follow each other.
+    """
+    parts, numbers = compared.lines.parts, list(kernel.numbers)
+    found = kernel.spread(order)
+    for at, number in enumerate(numbers):
+        found[:, :, at, :, :, :, at] *= _as_it_passes(compared, number, 0.0 if number == order else LAW_TOLERANCE)
+    place = np.full(parts.shape, -1)
+    place[parts] = np.arange(int(parts.sum()))
+    rows = place[..., numbers].transpose(0, 1, 3, 2).ravel()
+    seen = np.flatnonzero(rows >= 0)
+    whole = np.zeros_like(compared.covariance)
+    whole[np.ix_(rows[seen], rows[seen])] = found.reshape(2 * [rows.size])[np.ix_(seen, seen)]
+    return whole
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,19 +225,19 @@ def _best_size(white: np.ndarray, kernel: np.ndarray) -> tuple[float, float]:
     return float(gains[best]), float(SIZES[best] ** 2)
 
 
-def _as_it_passes(compared: Comparison, order: int) -> np.ndarray:
+def _as_it_passes(compared: Comparison, order: int, law: float = 0.0) -> np.ndarray:
     """Return the factors by which errors of the way from a force to the probes enlarge a covariance of lines.
 
     What something unknown makes is known no better than what an effect does: at each probe it may be wrong by a complex
-    factor, and smoothly by the share by which the machine misses its own healthy lines. Shape as of the covariance,
-    (1, conditions, probes, 1, conditions, probes).
+    factor, and smoothly by the share by which the machine misses its own healthy lines; at all of them by ``law``.
+    Shape as of the covariance, (1, conditions, probes, 1, conditions, probes).
     """
     transfer, conditions = compared.transfer, compared.lines.conditions
     share = np.where(transfer.share[:, order] > LEAST, transfer.share[:, order], 0.0)
     smooth = similarity(conditions, transfer.length)
     own = PROBE_TOLERANCE**2 + np.einsum("p,cd->pcd", share**2, smooth)
     # Of a normal amplitude whose phase may be any, both parts of the factor add the same.
-    found = np.ones((len(conditions), share.size, len(conditions), share.size))
+    found = np.full((len(conditions), share.size, len(conditions), share.size), 1 + 2 * law**2)
     for probe, added in enumerate(own):
         found[:, probe, :, probe] += 2 * added
     return found[None, :, :, None]

@@ -36,7 +36,7 @@ def small_force_responses(
     harmonics: int,
     revolutions: int = 1,
 ) -> np.ndarray:
-    """Return the probes' lines at the order of a small force, per unit of it.
+    """Return the probes' lines at every order, of a small force at one order, per unit of it.
 
     Parameters
     ----------
@@ -51,9 +51,10 @@ def small_force_responses(
 
     Returns
     -------
-    ndarray (2, speeds, orders, probes, directions), complex
-        Orders 0 to ``harmonics`` in steps of 1 / ``revolutions``, that of 0 is left at 0. First of the force
-        cos(order phi), then of -sin(order phi), which is complex amplitude 1, and i.
+    ndarray (2, speeds, orders, orders, probes, directions), complex
+        Lines at the first order of a force at the second one. Orders 0 to ``harmonics`` in steps of
+        1 / ``revolutions``, that of 0 is left at 0. First of the force cos(order phi), then of -sin(order phi), which
+        is complex amplitude 1, and i.
 
     Raises
     ------
@@ -67,18 +68,19 @@ def small_force_responses(
     push = np.stack([systems[0].row(direction)[: len(systems[0].coordinates)] for direction in directions], axis=1)
     count = harmonics * revolutions
     responding = interface_responses(systems, speeds, count, revolutions, push)
-    orders = np.arange(1, count + 1)
-    found = np.zeros((2, len(systems), count + 1, responding.of_probes.shape[2], len(directions)), dtype=complex)
-    acting = systems[0].force_directions.shape[1]
-    found[:] = responding.of_probes[..., acting:] * np.array([1.0, 1j])[:, None, None, None, None]
+    each = np.arange(1, count + 1)
+    shape = (2, len(systems), count + 1, count + 1, responding.of_probes.shape[2], len(directions))
+    found, acting = np.zeros(shape, dtype=complex), systems[0].force_directions.shape[1]
+    direct = responding.of_probes[..., acting:] * np.array([1.0, 1j])[:, None, None, None, None]
+    found[:, :, each, each] = direct[:, :, each]
     if systems[0].forces:
         states = np.stack([two_sided(motion.motions).T for motion in motions])
         slopes = _slopes(systems, speeds, states, count, revolutions)
         if slopes.pairs.size:
             forces = _answers(responding, slopes, acting)
             of_probes = responding.of_probes[..., :acting]
-            found[:, :, orders] += np.einsum("lkpf,alkfd->alkpd", of_probes, forces, optimize=True)[:, :, orders]
-    found[:, :, 0] = 0.0
+            found += np.einsum("lopf,alokfd->alokpd", of_probes, forces, optimize=True)
+    found[:, :, 0] = found[:, :, :, 0] = 0.0
     return found
 
 
@@ -97,7 +99,7 @@ def _slopes(systems: list[System], speeds: list[float], states: np.ndarray, coun
 
 
 def _answers(responding: Responses, slopes: Slopes, acting: int) -> np.ndarray:
-    """Return the interface forces at the order of each small one, (2, lanes, K + 1, forces, directions), complex."""
+    """Return the interface forces at each order of small ones at each, (2, lanes, K + 1, K + 1, forces, directions)."""
     wanted, place = np.unique(responding.directions[slopes.pairs[:, 1]], return_inverse=True)
     own = responding.of_directions[:, :, wanted]
     lanes, orders, size, _ = own.shape
@@ -112,5 +114,5 @@ def _answers(responding: Responses, slopes: Slopes, acting: int) -> np.ndarray:
     factors = responding.factors[:, :, reads]
     pushed = slope_matrix(slopes.spectrum, acts, place, factors, sizes=(acting, size)) @ moved
     whole = pushed.reshape(lanes, 2, acting, orders, 2, small.shape[-1], orders)
-    own_order = np.einsum("lxfkadk->xalkfd", whole)
-    return own_order[0] + 1j * own_order[1]
+    whole = whole.transpose(1, 4, 0, 3, 6, 2, 5)
+    return whole[0] + 1j * whole[1]
