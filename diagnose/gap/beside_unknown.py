@@ -15,9 +15,11 @@ import numpy as np
 
 from .evidence import Comparison, Problem, law_columns
 from .hypotheses import Candidate
+from .lines import OrderLines
 from .refine import FIRST_STEPS, Fit, climbed, nothing, refined
 from .screen import Start
 from .screening import Screening, few_of_each
+from .shown_lines import CLEAR
 from .transfer_error import TransferError
 from .unknown_force import LEAST_GAIN, Unknown
 
@@ -28,6 +30,9 @@ ORDERS, FOLLOWED = 3, 4
 MISFIT, HOPELESS = 1e-3, 1e-30
 #: Share of a line beyond which an effect has made it.
 MUCH = 0.3
+#: Probes and conditions that must clearly show what the effect makes, where there are as many: beside something unknown
+#: one line tells no cause, as that may make it as well.
+WIDELY = 2
 
 Tell = Callable[[str], None]
 
@@ -74,6 +79,8 @@ def beside_unknown(
             others = frozenset(unknown.kernels) - {order}
             for fit in tried:
                 if fit is None or _contradicted(fit.response, compared, others):
+                    continue
+                if not shows_widely(fit.response, compared.lines, order):
                     continue
                 fit = replace(fit, log_evidence=fit.log_evidence - cost, unknown_beside=others)
                 one = fit.candidates[0]
@@ -127,6 +134,12 @@ def _contradicted(response: np.ndarray, compared: Comparison, others: frozenset[
         if made > MUCH**2 * measured:
             return True
     return False
+
+
+def shows_widely(response: np.ndarray, lines: OrderLines, order: int) -> bool:
+    """Return whether several probes, in several conditions, clearly show one order of what an effect makes."""
+    clear = (np.where(lines.seen, np.abs(response) / lines.deviations, 0.0) > CLEAR)[:, :, order]
+    return all(clear.any(axis=axis).sum() >= min(WIDELY, clear.shape[1 - axis]) for axis in (0, 1))
 
 
 def chance_in_order(candidate: Candidate, response: np.ndarray, compared: Comparison, order: int) -> float:

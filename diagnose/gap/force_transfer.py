@@ -87,7 +87,9 @@ def _transfer(machine: Machine, predictor: Predictor, where: Callable[[Machine],
         own[:, each, each] = np.stack([mean, 1j * mean])
         if halves.size and mean.size:
             with contextlib.suppress(RotorwiseError):
-                own[np.ix_(np.arange(2), halves, halves)] = _beside_motion(machine, predictor, index, where, orders[halves])
+                own[np.ix_(np.arange(2), halves, halves)] = _beside_motion(
+                    machine, predictor, index, where, orders[halves]
+                )
         found.append(own)
     return np.stack(found, axis=1)
 
