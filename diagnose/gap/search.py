@@ -22,6 +22,7 @@ from .responses import Responses
 from .screen import Start
 from .screening import BEHIND_ON_GRID, FAR_BEHIND, TIMES_WORSE, Screening, few_of_each
 from .simple_pairs import simple_pairs
+from .swapped_pairs import swapped_pairs
 from .two_effects import CLOSE, EXPLAINED, MISFIT, MOVES, best_of_each, explains_little, two_effects
 from .unknown_force import Unknown, unexplained
 from .within_law import LESS_PROBABLE, within_its_law
@@ -132,6 +133,8 @@ def search(
         singles = best_of_each([*singles, *_singles(better, screening, problem, others, tell)], place=True)
     if singles and not (pairs and _explain(pairs, EXPLAINED)):
         pairs += two_effects(singles, screening, problem, *others, tell)
+    if pairs:
+        pairs = best_of_each([*pairs, *swapped_pairs(pairs, singles, screening, problem, *others, tell)])
     opposed = tuple(fit for fit in pairs if rest_of_both(fit, problem) < NEARLY_NOTHING)
     pairs = [fit for fit in pairs if fit not in opposed]
     fits = tuple(sorted([*singles, *pairs], key=lambda fit: -fit.log_evidence))
