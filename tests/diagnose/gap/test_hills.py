@@ -27,7 +27,7 @@ class Ripples:
     """Predicts three orders that a contact makes: each rises with a value of the effect, with ripples on it."""
 
     conditions = tuple(Condition(speed) for speed in SPEEDS_RPM)
-    phase_orders, reference = (1.0, 2.0, 3.0), ()
+    phase_orders, reference, knees = (1.0, 2.0, 3.0), (), None
 
     def amplitudes(self, machine: Any) -> np.ndarray:
         found = np.zeros((len(SPEEDS_RPM), 1, 3), dtype=complex)

@@ -31,7 +31,7 @@ class OneResonance:
     """Predicts 1X of a rotor on one spring at one probe: 0.2 of residual unbalance, and what the effect adds."""
 
     conditions = tuple(Condition(speed) for speed in SPEEDS_RPM)
-    phase_orders, reference = (1.0,), ()
+    phase_orders, reference, knees = (1.0,), (), None
 
     def amplitudes(self, machine: Any) -> np.ndarray:
         ratio = np.array(SPEEDS_RPM) / machine.values["support_2_n_m"]
