@@ -87,6 +87,9 @@ def main() -> None:
     asked.add_argument("classes", nargs="*", default=list(CLASSES))
     asked.add_argument("--few", action="store_true")
     given = asked.parse_args()
+    unknown = [name for name in given.classes if name not in CLASSES]
+    if unknown:
+        asked.error(f"no class {', '.join(unknown)}; there are {', '.join(CLASSES)}")
     print("| recorded | verdict | causes | hypotheses | CPU s |\n|---|---|---|---|---|", flush=True)
     for name in given.classes:
         start = time.process_time()
