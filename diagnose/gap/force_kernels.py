@@ -87,11 +87,13 @@ def force_kernels(machine: Machine, predictor: Predictor) -> tuple[ForceKernel, 
     once more as ones that turn. Not so those at one place: that is what known effects are (an unbalance, a misaligned
     coupling), and what one of them does is not unknown.
     """
+    phases = numbers_with_phase(predictor)
+    if not phases:
+        return ()
     forces, moments = _Moved.by(machine, predictor, FORCES), _Moved.by(machine, predictor, MOMENTS)
     turning, tilting = forces.turning(("x", "y")), moments.turning(MOMENTS)
     laws = _laws(predictor)
     anywhere = [forces.lines, np.concatenate([turning.lines, tilting.as_large_as(turning).lines], axis=-1)]
-    phases = numbers_with_phase(predictor)
     found = [ForceKernel("", own, phases, law) for own in anywhere for law in laws if own.size]
     seen: list[np.ndarray] = []
     across = _across(machine, predictor)

@@ -24,6 +24,10 @@ def _predictor() -> Predictor:
     return Predictor(conditions, probes, (1.0,), (4000.0,) * count, (12_000,) * count, (LineKind(),), (0,))
 
 
+def test_sizes_without_phase_have_none() -> None:
+    assert force_kernels(amb_rotor, replace(_predictor(), kinds=(LineKind(phase=False),))) == ()
+
+
 def _evidence(kernel: np.ndarray, lines: np.ndarray) -> float:
     """Return the log density of lines (conditions, probes) of rms 1 under a kernel of that power, in 1 % of noise."""
     parts = np.concatenate([lines.real.ravel(), lines.imag.ravel()])
