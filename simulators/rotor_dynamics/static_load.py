@@ -15,7 +15,9 @@ from ..law import Direction, Timeline
 from ..pseudo_inverse import pseudo_inverse
 from ..system import System, build_system
 
-_ANGLES = 64
+#: Turns over which forces are averaged, under a Hann window, and angles in each: of a force at any order from the half
+#: on nothing is left of whole and half orders, and less than a hundredth of others.
+_TURNS, _ANGLES = 8, 64
 #: A speed at which forces of inertia are small beside any weight.
 _SLOW_RAD_S = 1.0
 
@@ -66,8 +68,10 @@ def _finished(assembly: Assembly, unfinished: Iterable[Any], speed_rad_s: float)
 
 
 def _mean_forces(system: System, speed_rad_s: float) -> tuple[np.ndarray, float]:
-    """Return the mean over one revolution of the forces without motion, (forces,), and their largest value."""
-    phase = 2 * np.pi * np.arange(_ANGLES)[:, None] / _ANGLES
+    """Return the mean over some turns of the forces without motion, (forces,), and their largest value."""
+    count = _TURNS * _ANGLES
+    phase = 2 * np.pi * np.arange(count)[:, None] / _ANGLES
+    weights = (1 - np.cos(phase[:, 0] / _TURNS)) / count
     timeline = Timeline(np.zeros(phase.shape), phase, np.full(phase.shape, speed_rad_s), np.zeros(phase.shape))
     mean, largest = np.zeros(system.force_columns.shape[1]), 0.0
     for force, reads, acts in zip(system.forces, system.inputs, system.outputs, strict=True):
@@ -75,13 +79,13 @@ def _mean_forces(system: System, speed_rad_s: float) -> tuple[np.ndarray, float]
         branch = {"branch_rad": phase} if force.law.jumps is not None else {}
         signals = force.law.signals(timeline, parameters, **branch)[:, :, 0]
         if force.law.is_linear:
-            np.add.at(mean, acts, signals[: acts.size].mean(axis=1))
+            np.add.at(mean, acts, signals[: acts.size] @ weights)
             largest = max(largest, float(np.abs(signals[: acts.size]).max(initial=0.0)))
             continue
-        still, u = np.zeros((system.motion_rows.shape[0], _ANGLES)), np.zeros((mean.size, _ANGLES))
-        repeated = np.repeat(parameters, _ANGLES, axis=1)
+        still, u = np.zeros((system.motion_rows.shape[0], count)), np.zeros((mean.size, count))
+        repeated = np.repeat(parameters, count, axis=1)
         force.law.force(np.ascontiguousarray(signals), repeated, still, reads, acts, u)
-        mean += u.mean(axis=1)
+        mean += u @ weights
         largest = max(largest, float(np.abs(u).max(initial=0.0)))
     return mean, largest
 
