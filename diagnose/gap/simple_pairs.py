@@ -25,7 +25,7 @@ from .two_effects import (
     repeat,
     screened_beside,
 )
-from .within_law import PAIR_MARGIN, pair_margin
+from .within_law import pair_level
 
 #: Single effects whose partners are looked at, and pairs of which some steps are made.
 LEADERS, PAIRS = 5, 6
@@ -45,7 +45,7 @@ def simple_pairs(
     if not problem.predictor.repeats(problem.baseline.machine):
         return []
     every = best_of_each(singles)
-    best = every[0].log_evidence + pair_margin(every[0], none, misfit=MISFIT) - PAIR_MARGIN
+    best = pair_level(every[0], none, misfit=MISFIT)
     hopeless = hopeless_beside(every[0], none, unknown)
     tried: set[frozenset[object]] = set()
     found = []

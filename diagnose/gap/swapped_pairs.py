@@ -17,6 +17,7 @@ from .refine import Fit, fit_at
 from .responses import Responses
 from .screening import Screening, few_of_each
 from .two_effects import (
+    MISFIT,
     STARTS,
     best_jointly,
     best_of_each,
@@ -26,6 +27,7 @@ from .two_effects import (
     repeat,
     screened_beside,
 )
+from .within_law import pair_level
 
 #: Other partners of each of the two that are fitted.
 OTHERS = 2
@@ -42,7 +44,7 @@ def swapped_pairs(
     unknown: float,
     tell: Tell = lambda _: None,
 ) -> list[Fit]:
-    """Return further fits of two effects, each with one of the best pair, that have more evidence than the singles.
+    """Return further fits of two effects, one of them of the best pair, with clearly more evidence than the singles.
 
     None where the best pair is behind a single effect, or its motion does not repeat with the shaft.
     """
@@ -63,7 +65,7 @@ def swapped_pairs(
             tell(f"{leader.candidates[0]} with {options[0].candidate}")
             fit = fitted_pair(leader, options[:STARTS], problem, none, hopeless=hopeless)
             found += [fit] if fit else []
-    return best_jointly(found, problem, single.log_evidence, unknown)
+    return best_jointly(found, problem, pair_level(single, none, misfit=MISFIT), unknown)
 
 
 def _alone(pair: Fit, number: int, problem: Problem) -> Fit | None:

@@ -20,7 +20,7 @@ from .responses import Responses
 from .screen import Start, atoms_of
 from .screening import FAR_BEHIND, TIMES_WORSE, Screening, few_of_each
 from .shown_lines import CLEAR
-from .within_law import PAIR_MARGIN, pair_margin
+from .within_law import PAIR_MARGIN, pair_level
 
 #: Partners that are tried of the best single effect, and of the second best.
 PARTNERS = (6, 3)
@@ -62,7 +62,7 @@ def two_effects(
     """
     leaders = best_of_each(singles)[: len(PARTNERS)]
     best = leaders[0].log_evidence
-    level = best + pair_margin(leaders[0], none, misfit=MISFIT) - PAIR_MARGIN
+    level = pair_level(leaders[0], none, misfit=MISFIT)
     explained, hopeless = chance_of_residual(leaders[0]) > EXPLAINED, hopeless_beside(leaders[0], none, unknown)
     found = []
     for rank, leader in enumerate(leaders):

@@ -72,6 +72,11 @@ def pair_margin(best: Fit, none: Fit, *, misfit: float) -> float:
     return max(min(SHARE * gain, MOST_BEHIND), PAIR_MARGIN)
 
 
+def pair_level(best: Fit, none: Fit, *, misfit: float) -> float:
+    """Return the evidence that two effects must exceed by `PAIR_MARGIN`, ``best`` being the best single one."""
+    return best.log_evidence + pair_margin(best, none, misfit=misfit) - PAIR_MARGIN
+
+
 def _is_wide(fit: Fit) -> bool:
     """Return whether the law is wide: it is an idealisation, or only sizes of lines tell the effect.
 
