@@ -13,10 +13,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from .climb import FIRST_STEPS, climbed
 from .evidence import Comparison, Problem, law_columns
 from .hypotheses import Candidate
 from .lines import OrderLines
-from .refine import FIRST_STEPS, Fit, climbed, nothing, refined
+from .refine import Fit, nothing, refined
 from .screen import Start
 from .screening import Screening, few_of_each
 from .shown_lines import CLEAR

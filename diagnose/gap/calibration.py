@@ -28,7 +28,7 @@ from .coordinates import Coordinate
 from .error_smoothness import length_of
 from .healthy_evidence import fitted
 from .lines import OrderLines, stacked
-from .predict import Predictor
+from .predict import Predictor, UnpredictableError
 from .size_scale import at_most_once
 
 #: Steps, fewer where each is a simulation, and tries to find one that gains.
@@ -96,10 +96,18 @@ def settled(
         if trial is None:
             break
         # Each slope of a machine that does not repeat is a simulation: the first ones have to do.
-        current = again(trial, machine, predictor) if repeats else trial
+        current = _relinearised(trial, machine, predictor) if repeats else trial
         if gained < LEAST_GAIN:
             break
     return current
+
+
+def _relinearised(current: Baseline, machine: Machine, predictor: Predictor) -> Baseline:
+    """Return the machine with the slopes of where it is; with those that it has, where it is unstable next to it."""
+    try:
+        return again(current, machine, predictor)
+    except UnpredictableError:
+        return current
 
 
 def settled_further(
@@ -179,8 +187,12 @@ def _step(
     for _ in range(MOST_TRIES if active.size else 0):
         move = np.zeros(current.position.size)
         move[active] = boxed_step(inner + damping * np.diag(np.diag(inner)), gradient[active], LONGEST)
-        trial = shifted(current, machine, move, predictor)
-        gained = here - _objective(trial, healthy, covariance)
+        try:
+            trial = shifted(current, machine, move, predictor)
+            gained = here - _objective(trial, healthy, covariance)
+        except UnpredictableError:
+            # Slopes of a machine that is stable promise much of one that is not.
+            trial, gained = current, 0.0
         if gained > 0:
             return trial, gained, damping / HARDER
         damping *= HARDER

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ...simulators.effects.residual_coupling_harmonic import FORCES, MOMENTS
 from .result import LackingTerm, ModelForm
 from .words import estimate_words
 
@@ -18,6 +19,15 @@ _STRENGTHS = {
     "moment_y_kg_m": "residual unbalance along y",
     "force_x_n": "residual force of the coupling along x",
     "force_y_n": "residual force of the coupling along y",
+    **{
+        f"{way}_{part}_{unit}": f"{what} {words}, {part} part"
+        for what, unit, ways in (
+            ("residual force between the ends", "n", FORCES),
+            ("residual moment between the ends", "n_m", MOMENTS),
+        )
+        for way, words in ways.items()
+        for part in ("cosine", "sine")
+    },
     "sine_m": "residual run-out of the gear, sine part",
     "cosine_m": "residual run-out of the gear, cosine part",
     "first_sine_m": "error of the teeth at the mesh order, sine part",
@@ -59,4 +69,5 @@ def _term_words(one: LackingTerm) -> str:
     grows = f" growing as speed^{one.speed_exponent:g}" if one.speed_exponent else ""
     at = f" at {one.reference_speed_rpm:.0f} rpm" if grows else ""
     place = f" at {one.at}" if one.at else ""
-    return f"{_STRENGTHS[one.strength]}{place}{grows}, {estimate_words(one.value)}{at}"
+    multiple = f" {one.order:g}X" if one.order is not None else ""
+    return f"{_STRENGTHS[one.strength]}{multiple}{place}{grows}, {estimate_words(one.value)}{at}"

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .baseline import again
+from .climb import FIRST_STEPS, climbed, laws_of
 from .evidence import Problem
 from .force_kernels import force_kernels
 from .gain import predicted_db
@@ -27,7 +28,7 @@ from .judged import TOLD_APART
 from .null_distribution import chance_of_residual
 from .predict import UnpredictableError
 from .prediction import Predicted, given_others, prior_of
-from .refine import FIRST_STEPS, Fit, climbed, laws_of
+from .refine import Fit
 from .responses import Responses
 from .result import AS_GOOD_DB
 from .search import GOOD, Posterior

@@ -14,9 +14,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from .climb import FIRST_STEPS, climbed
 from .evidence import Problem
 from .hypotheses import Candidate
-from .refine import FIRST_STEPS, Fit, climbed, density, refined
+from .refine import Fit, density, refined
 from .responses import Responses
 
 #: Places that are drawn in each round, and how far away. Where each is a simulation, only of contacts and cracks.

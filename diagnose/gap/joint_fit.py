@@ -8,11 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from .baseline import Baseline, again, noise_covariance, shifted
+from .climb import laws_of
 from .coordinates import log_prior
 from .evidence import Comparison, Problem, Widened, log_density, model_errors
 from .lines import stacked
 from .predict import UnpredictableError
-from .refine import Fit, fit_at, laws_of, refined
+from .refine import Fit, fit_at, refined
 from .responses import Responses
 from .whitening import lower_solved
 

@@ -80,6 +80,7 @@ def _form(form: ModelForm) -> dict[str, Any]:
             "value": _estimate(one.value),
             "speed_exponent": number(one.speed_exponent),
             "reference_speed_rpm": number(one.reference_speed_rpm),
+            "order": None if one.order is None else number(one.order),
         }
         for one in form.terms
     ]

@@ -9,6 +9,7 @@ gravity) may be there although the machine is given without it: a coupling whose
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -19,6 +20,7 @@ from ...simulators.effect import Effect, effect_catalogue
 from ...simulators.effects.empirical_mesh import EmpiricalMesh
 from ...simulators.effects.empirical_stiffness import EmpiricalStiffness
 from ...simulators.effects.residual_coupling_force import ResidualCouplingForce
+from ...simulators.effects.residual_coupling_harmonic import FORCES, MOMENTS, ResidualCouplingHarmonic
 from ...simulators.effects.residual_gear_run_out import ResidualGearRunOut
 from ...simulators.effects.residual_unbalance import ResidualUnbalance
 from ...simulators.errors import RotorwiseError
@@ -38,6 +40,12 @@ TURNING: tuple[tuple[type[Effect], str, tuple[str, str]], ...] = (
     (ResidualUnbalance, "rotor", ("moment_x_kg_m", "moment_y_kg_m")),
     (ResidualCouplingForce, "coupling", ("force_x_n", "force_y_n")),
     (ResidualGearRunOut, "gear", ("sine_m", "cosine_m")),
+)
+#: Multiples of a revolution of what the ends of a flexible coupling push each other with, and its components.
+COUPLING_ORDERS = (1.0, 2.0, 3.0)
+BETWEEN_ENDS = (
+    *((f"{way}_cosine_n", f"{way}_sine_n") for way in FORCES),
+    *((f"{way}_cosine_n_m", f"{way}_sine_n_m") for way in MOMENTS),
 )
 #: What is fitted together of a mesh.
 MESH = (*((f"{n}_sine_m", f"{n}_cosine_m") for n in ("first", "second", "third")), ("stiffness_share",))
@@ -151,7 +159,10 @@ def _step(effect: Effect, strengths: tuple[str, ...], size: float) -> float:
     first = _first_try(effect, strengths)
     if _usual_size(effect) is not None:
         return first if size > STEP**2 else 0.0
-    return first * STEP / size if size > 0 else 0.0
+    step = first * STEP / size if size > 0 else math.inf
+    (most,) = (one.bounds[1] for one in effect.parameters() if one.name == strengths[0])
+    # What moves lines by rounding alone would have to be larger than it can be.
+    return step if step * MOVES / STEP < most else 0.0
 
 
 def slopes_in(terms: Sequence[Term], current: Baseline, predictor: Predictor) -> list[np.ndarray]:
@@ -175,7 +186,20 @@ def _options(machine: Machine, reference_rpm: float) -> list[tuple[Effect, tuple
         for kind, role, components in TURNING:
             if role in place.roles:
                 found.append((kind(at=place.name, **dict.fromkeys(components, 0.0)), components))
-    return found + _meshes(machine) + _permanent(machine)
+    return found + _couplings(machine) + _meshes(machine) + _permanent(machine)
+
+
+def _couplings(machine: Machine) -> list[tuple[Effect, tuple[str, ...]]]:
+    """Return what the ends of each flexible coupling may push each other with."""
+    names = dict.fromkeys(itertools.chain(*BETWEEN_ENDS), 0.0)
+    parts = machine.bare_assembly().components.values()
+    return [
+        (ResidualCouplingHarmonic(at=part.name, order=order, **names), pair)
+        for part in parts
+        if ResidualCouplingHarmonic.ROLE in part.roles
+        for order in COUPLING_ORDERS
+        for pair in BETWEEN_ENDS
+    ]
 
 
 def _meshes(machine: Machine) -> list[tuple[Effect, tuple[str, ...]]]:

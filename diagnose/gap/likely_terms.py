@@ -17,6 +17,7 @@ import numpy as np
 
 from ...simulators.effect import effect_catalogue
 from ...simulators.effects.empirical_mesh import EmpiricalMesh
+from ...simulators.effects.residual_coupling_harmonic import ResidualCouplingHarmonic
 from .baseline import Baseline
 from .healthy_evidence import ERROR_FACTORS, whitened
 from .lacking_terms import TURNING, Term
@@ -28,7 +29,9 @@ TERM_GAIN = 5.0
 #: What every machine has, only not how much: unbalance of each rotor, run-out of couplings and gears, errors of teeth,
 #: weight; and how much likelier that is than a change of a support, which must raise the evidence by so much more.
 _PERMANENT = [name for name, effect in effect_catalogue().items() if effect.PERMANENT]
-USUAL = frozenset([*(effect.NAME for effect, _, _ in TURNING), EmpiricalMesh.NAME, *_PERMANENT])
+USUAL = frozenset(
+    [*(effect.NAME for effect, _, _ in TURNING), ResidualCouplingHarmonic.NAME, EmpiricalMesh.NAME, *_PERMANENT]
+)
 ODDS = 20.0
 #: Variance of each strength at the start, in its own prior variances; below the last one a term is not needed.
 START, NOTHING = 0.1, 1e-3

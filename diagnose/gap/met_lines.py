@@ -1,4 +1,4 @@
-"""Orders of the shaft that meet a line at a fixed frequency: its phase against the shaft is any there."""
+"""Lines that move with the shaft and meet a line at a fixed frequency: its phase against the shaft is any there."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ CLEAR = 3.0
 
 
 def with_met_lines(lines: OrderLines, durations_s: Sequence[float]) -> OrderLines:
-    """Return the lines, an order less certain by the size of the line at a fixed frequency that it meets in a record.
+    """Return the lines, one less certain by the size of the line at a fixed frequency that it meets in a record.
 
-    That size is the median of those in the other conditions, 0 where the line is not clear in most of them: hum keeps
-    its size, its phase at the tacho's pulse is any.
+    Orders, and lines beside them (1X + 1 Hz). That size is the median of those in the other conditions, 0 where the
+    line is not clear in most of them: hum keeps its size, its phase at the tacho's pulse is any.
 
     Parameters
     ----------
@@ -29,12 +29,14 @@ def with_met_lines(lines: OrderLines, durations_s: Sequence[float]) -> OrderLine
     """
     places = [*zip(lines.orders, lines.kinds, strict=True)]
     fixed = [i for i, (order, kind) in enumerate(places) if not (kind.phase or kind.envelope or order)]
+    moves = np.array([bool(order) and not kind.envelope for order, kind in places])
+    beside_hz = np.array([kind.frequency_hz for _, kind in places])
     deviations = lines.deviations.copy()
     for number, (condition, duration_s) in enumerate(zip(lines.conditions, durations_s, strict=True)):
-        frequencies_hz = np.array(lines.orders) * condition.speed_rpm / 60
+        frequencies_hz = np.abs(np.array(lines.orders) * condition.speed_rpm / 60 + beside_hz)
         for column in fixed:
             near = np.abs(frequencies_hz - places[column][1].frequency_hz) < MAIN_LOBE / duration_s
-            met = np.flatnonzero(near & np.array([kind.phase for _, kind in places]))
+            met = np.flatnonzero(near & moves)
             if met.size:
                 usual = _usual_size(lines, column, number)[:, None]
                 deviations[number][:, met] = np.hypot(deviations[number][:, met], usual)

@@ -111,7 +111,7 @@ def extended(
         # turn with the shaft do not change how the machine answers, and stay.
         usual = tuple(term for term in state.terms if term.effect.NAME in USUAL)
         if len(usual) < len(state.terms):
-            state = _pruned(start.changed(usual, healthy, predictor), healthy, predictor, speeds)
+            state = _pruned(start.changed(usual, healthy, predictor, afresh=True), healthy, predictor, speeds)
         state = state if evidence(state.current, healthy) >= evidence(found, healthy) + TERM_GAIN else start
     return Extended(
         machine=state.with_terms()[0],
@@ -239,7 +239,7 @@ def form_of(found: Extended) -> ModelForm:
         )
         law = effect.values()
         power, reference = law.get("speed_exponent", 0.0), law.get("reference_speed_rpm", 0.0)
-        terms.append(LackingTerm(effect.NAME, effect.at, name, power, reference, value))
+        terms.append(LackingTerm(effect.NAME, effect.at, name, power, reference, value, law.get("order")))
     return ModelForm(tuple(terms), found.missed_before, found.missed)
 
 

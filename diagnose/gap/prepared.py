@@ -9,6 +9,7 @@ import numpy as np
 
 from ...simulators.machine import Machine
 from .baseline import ERROR_LENGTH_SPEED, Baseline, ModelError, again, model_error
+from .bends import with_bends
 from .calibration import calibrated, residual_error, settled_further
 from .evidence import Problem
 from .form_error import FormErrors
@@ -135,6 +136,9 @@ def put_together(
     baseline = again(at_calibration, at_calibration.machine, predictor)
     if found and found.errors and healthy_predictor:
         baseline, at_calibration = _doubted(found.errors, baseline, predictor, at_calibration, healthy_predictor)
+    if healthy and healthy_predictor and predictor.repeats(at_calibration.machine):
+        both = [(baseline, predictor), (at_calibration, healthy_predictor)]
+        baseline, at_calibration = with_bends(at_calibration, healthy, both)
     error = residual_error(at_calibration, healthy) if healthy else model_error(at_calibration.lines)
     length = error.length if isinstance(error, ModelError) else ERROR_LENGTH_SPEED
     probes = machine.bare_assembly().probes

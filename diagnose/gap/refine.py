@@ -9,14 +9,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ...simulators.machine import Machine
-from .boxed_step import boxed_step
+from .climb import climb, laws_of, precision_of
 from .coordinates import Coordinate, log_prior, values_at
 from .evidence import (
     STRENGTH_TOLERANCE,
     Comparison,
     Problem,
     Widened,
-    law_columns,
     log_density,
     strength_columns,
 )
@@ -25,19 +24,11 @@ from .least_known import told_to_a_factor
 from .predict import Predictor, UnpredictableError
 from .responses import STEP, Responses, with_candidates
 
-FIRST_STEPS, MOST_STEPS = 3, 12
-LONGEST_MOVE = 1.0
-#: Ever shorter moves that are tried at a step, and gain of the logarithm below which no further step is made; also
-#: where each is a simulation, which repeats itself no better than to some tenths.
-TRIES, TRIES_IN_TIME = 6, 3
-WORTH, WORTH_IN_TIME = 1e-2, 0.5
+MOST_STEPS = 12
 #: Data tell a value where less than this share of what the prior leaves open stays open.
 TOLD = 0.8
 #: So far out in its prior a value is only where the data push it: to the edge of what is allowed.
 PUSHED = 2.5
-#: A coordinate whose whole prior moves the lines by less than this, in standard deviations, is left alone where each
-#: slope is a simulation.
-DEAD = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,46 +165,19 @@ def nothing(compared: Comparison) -> Fit:
     return Fit((), np.zeros(0), np.zeros((0, 0)), response, none, evidence, compared.residual, empty)
 
 
-def climbed(
-    chosen: Sequence[Candidate],
-    starts: Sequence[np.ndarray],
-    compared: Comparison,
-    machine: Machine,
-    predictor: Predictor,
-    *,
-    steps: int,
-) -> list[Climbed]:
-    """Return where several starts have got to after some steps, the best first; those that can be computed.
-
-    Levenberg-Marquardt on the whitened residual and the prior; the law's tolerance is that of the current response.
-    """
-    response, precision = Responses(chosen, machine, predictor), _precision(chosen)
-    tried = []
-    for start in starts:
-        try:
-            tried.append(_climb(response, start, precision, compared, steps))
-        except UnpredictableError:
-            continue
-    return sorted(tried, key=lambda one: one.objective)
-
-
 def refined(
     chosen: Sequence[Candidate], start: np.ndarray, compared: Comparison, machine: Machine, predictor: Predictor
 ) -> Fit | None:
     """Return the fit of effects from a start; None where their motion cannot be computed."""
     response = Responses(chosen, machine, predictor)
     try:
-        best = _climb(response, start, _precision(chosen), compared, MOST_STEPS)
+        best = climb(response, start, precision_of(chosen), compared, MOST_STEPS)
         slopes = best.slopes
         if slopes is None:
             slopes = response.slopes(best.position, best.added, best.alive)
         return fit_at(response, best.position, best.added, slopes, compared)
     except UnpredictableError:
         return None
-
-
-def _precision(chosen: Sequence[Candidate]) -> np.ndarray:
-    return np.array([c.precision for candidate in chosen for c in candidate.coordinates])
 
 
 def fit_at(
@@ -265,85 +229,3 @@ def density_beside(fit: Fit, response: Responses, position: np.ndarray) -> float
         return -math.inf
     residual = fit.compared.residual - fit.compared.whitened(added)
     return log_density(fit.compared, residual, Widened(fit.law)) + log_prior(fit.coordinates, position)
-
-
-def laws_of(compared: Comparison, chosen: Sequence[Candidate], responses: Sequence[np.ndarray]) -> Widened:
-    """Return in which directions the laws of effects may be wrong, each for itself."""
-    each = zip(chosen, responses, strict=True)
-    found = [law_columns(compared, own, idealised=one.effect.IDEALISED) for one, own in each]
-    return Widened(np.concatenate([np.zeros((0, compared.residual.size)), *found]))
-
-
-@dataclass(frozen=True, eq=False)
-class Climbed:
-    """Where a climb has got to.
-
-    Attributes
-    ----------
-    position : ndarray (coordinates,)
-    added : ndarray (conditions, probes, orders), complex
-        The response there.
-    objective : float
-        Minus the logarithm of likelihood and prior, up to a constant.
-    alive : ndarray (coordinates,), bool
-        Those that move the lines at all.
-    slopes : ndarray (coordinates, conditions, probes, orders), complex, or None
-        There, when they are known.
-    """
-
-    position: np.ndarray
-    added: np.ndarray
-    objective: float
-    alive: np.ndarray
-    slopes: np.ndarray | None
-
-
-def _climb(
-    response: Responses,
-    position: np.ndarray,
-    precision: np.ndarray,
-    compared: Comparison,
-    most_steps: int,
-) -> Climbed:
-    added, damping = response(position), 1e-3
-    best, slopes = math.inf, None
-    alive = np.ones(position.size, dtype=bool)
-    for _ in range(most_steps):
-        in_time = response.steps(position)
-        slopes = response.slopes(position, added, alive)
-        law = laws_of(compared, response.chosen, response.own(position, added))
-        here = best = _objective(compared, added, position, precision, law)
-        white = compared.whitened(slopes)
-        if in_time:
-            # Each costs a simulation in every condition.
-            alive = (white**2).sum(axis=1) > DEAD**2
-        gradient = white @ law.solve(compared.residual - compared.whitened(added)) - precision * position
-        curvature = white @ law.solve(white).T + np.diag(precision)
-        moved = False
-        for _ in range(TRIES_IN_TIME if in_time else TRIES):
-            scaled = curvature + damping * np.diag(np.diag(curvature) + 1e-9)
-            trial = position + boxed_step(scaled, gradient, LONGEST_MOVE)
-            try:
-                response.prepare([trial], near=position)
-                there = response(trial)
-                value = _objective(compared, there, trial, precision, law)
-            except UnpredictableError:
-                value = math.inf
-            if value < here:
-                moved = True
-                break
-            damping = max(10 * damping, 1e-3)
-        if not moved:
-            break
-        position, added, damping, best = trial, there, damping / 5, value
-        slopes = None
-        if here - value < (WORTH_IN_TIME if in_time else WORTH):
-            break
-    return Climbed(position, added, best, alive, slopes)
-
-
-def _objective(
-    compared: Comparison, added: np.ndarray, position: np.ndarray, precision: np.ndarray, law: Widened
-) -> float:
-    residual = compared.residual - compared.whitened(added)
-    return 0.5 * float(residual @ law.solve(residual)) + 0.5 * float(precision @ position**2)

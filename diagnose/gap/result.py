@@ -115,6 +115,8 @@ class LackingTerm:
         A spring grows with this power of the speed, up to the reference; 0 for what turns with the shaft.
     value : Estimate
         At the reference speed.
+    order : float, optional
+        Of what has one: periods in a revolution.
     """
 
     effect: str
@@ -123,6 +125,7 @@ class LackingTerm:
     speed_exponent: float
     reference_speed_rpm: float
     value: Estimate
+    order: float | None = None
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ def simple_pairs(
     hopeless = hopeless_beside(every[0], none, unknown)
     tried: set[frozenset[object]] = set()
     found = []
-    for leader, options in _likeliest([fit for fit in every if may_gain(fit, best)], screening, problem):
+    for leader, options in _likeliest([fit for fit in every if may_gain(fit, best)], screening, problem, tell):
         both = frozenset((leader.candidates[0], options[0].candidate))
         if both in tried or not repeat(leader, options[0], problem):
             continue
@@ -62,12 +62,14 @@ def simple_pairs(
     return best_jointly(found, problem, best, unknown)
 
 
-def _likeliest(fits: Sequence[Fit], screening: Screening, problem: Problem) -> list[tuple[Fit, list[Start]]]:
+def _likeliest(
+    fits: Sequence[Fit], screening: Screening, problem: Problem, tell: Tell
+) -> list[tuple[Fit, list[Start]]]:
     """Return effects with the starts of a partner, by their first look."""
     simple = replace(screening, atoms={one: own for one, own in screening.atoms.items() if not one.effect.IDEALISED})
     found = []
     for leader in [fit for fit in fits if not fit.candidates[0].effect.IDEALISED][:LEADERS]:
-        beside = screened_beside(leader, simple, problem, ("sensor",))
+        beside = screened_beside(leader, simple, problem, ("sensor", "structure"), tell)
         others = few_of_each(beside.against(left_beside(leader, screening)))
         found += [(leader, options) for options in others if options[0].candidate.name not in leader.names]
     return sorted(found, key=lambda pair: -pair[1][0].score)

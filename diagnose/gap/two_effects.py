@@ -12,10 +12,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from .climb import FIRST_STEPS, climbed, laws_of
 from .evidence import Comparison, Problem, Widened
 from .joint_fit import jointly
 from .null_distribution import chance_of_residual
-from .refine import FIRST_STEPS, Fit, climbed, laws_of, nothing, refined
+from .refine import Fit, nothing, refined
 from .responses import Responses
 from .screen import Start, atoms_of
 from .screening import FAR_BEHIND, TIMES_WORSE, Screening, few_of_each
@@ -172,7 +173,9 @@ def fitted_pair(leader: Fit, options: Sequence[Start], problem: Problem, none: F
     if tried[0].objective > left - PAIR_MARGIN:
         return None
     fit = refined(both, tried[0].position, compared, machine, predictor)
-    return fit if fit and fit.power / 2 < hopeless else None
+    # What the machine is uncertain in may show beside the pair only: one that costs little is told by a joint fit.
+    costly = any(one.effect.IDEALISED for one in both) or not predictor.repeats(machine)
+    return fit if fit and (not costly or fit.power / 2 < hopeless) else None
 
 
 def left_beside(leader: Fit, screening: Screening) -> Comparison:

@@ -31,7 +31,7 @@ import numpy as np
 from ..assembly import Assembly, Place, difference
 from ..effect import Line
 from ..errors import InvalidValueError
-from ..law import InterfaceForce
+from ..law import Direction, InterfaceForce
 
 #: How the flange's force is computed: from the potential, or linear in the motion (see `bolted_flange_linear`).
 EXACT, LINEARISED, PRINTED = "exact", "linearised", "printed"
@@ -39,7 +39,7 @@ EXACT, LINEARISED, PRINTED = "exact", "linearised", "printed"
 
 @dataclass
 class BoltedFlange:
-    """A flange coupling with the roles "coupling" and "bolted_coupling"; see the module.
+    """A flange coupling with the roles "coupling", "coupling_halves" and "bolted_coupling"; see the module.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class BoltedFlange:
     torsional_damping_n_m_s_rad: float = 0.0
     form: str = EXACT
     printed_force_y_sign: float = 1.0
-    roles: frozenset[str] = frozenset({"coupling", "bolted_coupling"})
+    roles: frozenset[str] = frozenset({"coupling", "coupling_halves", "bolted_coupling"})
     stiffness_shares: np.ndarray = field(default_factory=lambda: np.zeros(0))
     tilt_rad: float = 0.0
 
@@ -94,6 +94,10 @@ class BoltedFlange:
     def bolt_angles_rad(self) -> np.ndarray:
         """Angles alpha_j of the bolts on flange 1, shape (bolts,)."""
         return 2 * np.pi * np.arange(self.bolts) / self.bolts
+
+    def between(self, direction: str) -> Direction:
+        """Return the motion of flange 2 less that of flange 1; empty where neither moves."""
+        return difference(self.second.directions.get(direction, {}), self.first.directions.get(direction, {}))
 
     def bolt_at(self, angle_rad: float) -> int:
         """Return the number (from 1) of the bolt nearest to this angle."""
@@ -190,7 +194,7 @@ class BoltedFlange:
 
     def finish(self, assembly: Assembly) -> None:
         """Add the springs of an aligned flange to the linear core, and the rest as an interface force."""
-        relative = {key: difference(self.second.directions[key], self.first.directions[key]) for key in "xy"}
+        relative = {key: self.between(key) for key in "xy"}
         turns = (self.first.directions["torsion"], self.second.directions["torsion"])
         twist = difference(turns[1], turns[0])
         parameters = self.law_parameters()

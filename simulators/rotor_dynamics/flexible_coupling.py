@@ -113,7 +113,7 @@ class FlexibleCoupling:
     driving: Mapping[str, Direction] = field(default_factory=dict)
     damping: Mapping[str, float] = field(default_factory=dict)
     reversed_sign: bool = False
-    roles: frozenset[str] = frozenset({"coupling", "flexible_coupling"})
+    roles: frozenset[str] = frozenset({"coupling", "coupling_halves", "flexible_coupling"})
     #: By direction: the misalignment's constant, cosine and sine part.
     _offsets: dict[str, np.ndarray] = field(default_factory=lambda: {d: np.zeros(3) for d in LATERAL})
     #: By direction: row 0 the cosine, row 1 the sine coefficients of the harmonics 1 .. `HARMONICS`.
@@ -183,6 +183,10 @@ class FlexibleCoupling:
         self._series[direction][0, : len(cos)] += cos
         self._series[direction][1, : len(sin)] += sin
 
+    def between(self, direction: str) -> Direction:
+        """Return the motion of the driven end less that of the driving end; empty where neither moves."""
+        return difference(self.driven.get(direction, {}), self.driving.get(direction, {}))
+
     def stiffness_factor(self, direction: str, phase_rad: np.ndarray) -> np.ndarray:
         """Return k(phi) / k0 in one of the lateral directions, same shape as ``phase_rad``."""
         order = np.arange(1, HARMONICS + 1)
@@ -210,7 +214,7 @@ class FlexibleCoupling:
             stiffness, damping = self.stiffness.get(direction, 0.0), self.damping.get(direction, 0.0)
             if not (stiffness or damping):
                 continue
-            along = difference(self.driven.get(direction, {}), self.driving.get(direction, {}))
+            along = self.between(direction)
             assembly.add_spring(along, stiffness=sign * stiffness, damping=damping)
             if direction not in LATERAL:
                 continue

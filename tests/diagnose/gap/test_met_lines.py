@@ -1,5 +1,7 @@
 """Orders that meet a line at a fixed frequency: hum keeps its size, its phase against the shaft is any."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
@@ -43,3 +45,12 @@ def test_a_line_that_few_records_show_is_no_hum():
 def test_one_record_alone_says_nothing_of_its_hum():
     lines = _lines().select([2])
     assert (with_met_lines(lines, (8.0,)).deviations == lines.deviations).all()
+
+
+def test_a_line_beside_an_order_that_meets_hum_is_as_uncertain():
+    # 2X + 16.68 Hz lies at 50.05 Hz in the third condition.
+    kinds = (LineKind(), LineKind(phase=False, frequency_hz=16.68), LineKind(phase=False, frequency_hz=50.0))
+    lines = replace(_lines(), orders=(1.0, 2.0, 0.0), kinds=kinds)
+    found = with_met_lines(lines, (8.0,) * 4).deviations
+    assert np.argwhere(found != lines.deviations).tolist() == [[2, 0, 1]]
+    assert found[2, 0, 1] == pytest.approx(np.hypot(0.01, HUM))

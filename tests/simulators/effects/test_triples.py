@@ -40,6 +40,7 @@ OF_HEALTHY = (
     "empirical_mesh",
     "empirical_stiffness",
     "residual_coupling_force",
+    "residual_coupling_harmonic",
     "residual_gear_run_out",
     "residual_unbalance",
 )
