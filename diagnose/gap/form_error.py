@@ -14,7 +14,7 @@ import numpy as np
 from ...simulators.effect import Effect
 from .baseline import Baseline, machine_at, widened_by
 from .healthy_evidence import evidence, fitted
-from .lacking_terms import Term, lacking_terms, slopes_in
+from .lacking_terms import Term, lacking_terms, missed_orders, slopes_in
 from .lines import OrderLines, different_speeds
 from .predict import Predictor, UnpredictableError
 
@@ -80,7 +80,8 @@ def form_errors(
     """
     if not predictor.repeats(current.machine) or different_speeds(healthy.conditions) < LEAST_SPEEDS:
         return None
-    terms = tuple(lacking_terms(current, predictor, reference_rpm=reference_rpm))
+    missed = missed_orders(current, healthy)
+    terms = tuple(lacking_terms(current, predictor, reference_rpm=reference_rpm, missed=missed))
     if not terms:
         return None
     shapes = np.concatenate([term.slopes for term in terms])

@@ -208,7 +208,8 @@ def _levelled(seen: Posterior, prepared: Prepared, fits: Mapping[Names, Fit]) ->
     if leading and "unknown" not in leading:
         rivals = [names for names in fits if names not in ((), leading) and "unknown" not in names][:RIVALS]
         own, *others = predicted_db([fits[names] for names in (leading, *rivals)], prepared)
-        least = 0.0 if leading in seen.held_out else AS_GOOD_DB
+        # Sizes of a machine that does not repeat itself are predicted to a factor: only a clear gain confirms.
+        least = 0.0 if prepared.predictor.repeats(prepared.baseline.machine) else AS_GOOD_DB
         if own <= least and _needs_nothing(seen):
             return _as_nothing(seen, leading)
         if own <= 0 and leading not in seen.held_out:

@@ -28,6 +28,7 @@ from ...simulators.machine import Machine
 from ...simulators.parameter import Normal
 from .baseline import Baseline
 from .coordinates import Coordinate
+from .lines import OrderLines
 from .predict import Predictor
 
 #: Powers of the speed that are tried for each strength of a support.
@@ -47,6 +48,8 @@ BETWEEN_ENDS = (
     *((f"{way}_cosine_n", f"{way}_sine_n") for way in FORCES),
     *((f"{way}_cosine_n_m", f"{way}_sine_n_m") for way in MOMENTS),
 )
+#: A healthy line is missed where the machine is so many of its deviations away.
+CLEAR = 5.0
 #: What is fitted together of a mesh.
 MESH = (*((f"{n}_sine_m", f"{n}_cosine_m") for n in ("first", "second", "third")), ("stiffness_share",))
 #: Roles of the places where a support may be wrong.
@@ -92,7 +95,12 @@ class Term:
 
 
 def lacking_terms(
-    current: Baseline, predictor: Predictor, *, reference_rpm: float, only: frozenset[str] | None = None
+    current: Baseline,
+    predictor: Predictor,
+    *,
+    reference_rpm: float,
+    only: frozenset[str] | None = None,
+    missed: frozenset[float] = frozenset(COUPLING_ORDERS),
 ) -> list[Term]:
     """Return what can be added to a machine, but for what has been.
 
@@ -105,10 +113,12 @@ def lacking_terms(
         From this speed on nothing grows: the highest of all recordings.
     only : frozenset of str, optional
         Names of the effects that are looked at.
+    missed : frozenset of float
+        Orders that the machine misses, see `missed_orders`: a coupling is asked for forces at these only.
     """
     tried = [
         (effect, strengths)
-        for effect, strengths in _options(current.machine, reference_rpm)
+        for effect, strengths in _options(current.machine, reference_rpm, missed)
         if (only is None or effect.NAME in only)
         and not any(_is_same(effect, strengths, other) for other in current.machine.effects)
     ]
@@ -177,7 +187,15 @@ def slopes_in(terms: Sequence[Term], current: Baseline, predictor: Predictor) ->
     return [change / share for change in changes]
 
 
-def _options(machine: Machine, reference_rpm: float) -> list[tuple[Effect, tuple[str, ...]]]:
+def missed_orders(current: Baseline, healthy: OrderLines) -> frozenset[float]:
+    """Return the orders whose healthy lines stand out, in two conditions, of what the machine makes of them."""
+    left = np.where(healthy.seen, np.abs(healthy.amplitudes - current.lines), 0.0)
+    clear = (left > CLEAR * np.where(healthy.seen, healthy.deviations, np.inf)).any(axis=1).sum(axis=0)
+    phase = [kind.phase for kind in healthy.kinds]
+    return frozenset(o for o, own, count in zip(healthy.orders, phase, clear, strict=True) if own and count > 1)
+
+
+def _options(machine: Machine, reference_rpm: float, missed: frozenset[float]) -> list[tuple[Effect, tuple[str, ...]]]:
     every = [p for p in machine.bare_assembly().places.values() if {"x", "y"} <= set(p.directions)]
     found: list[tuple[Effect, tuple[str, ...]]] = []
     for place in every:
@@ -186,10 +204,10 @@ def _options(machine: Machine, reference_rpm: float) -> list[tuple[Effect, tuple
         for kind, role, components in TURNING:
             if role in place.roles:
                 found.append((kind(at=place.name, **dict.fromkeys(components, 0.0)), components))
-    return found + _couplings(machine) + _meshes(machine) + _permanent(machine)
+    return found + _couplings(machine, missed) + _meshes(machine) + _permanent(machine)
 
 
-def _couplings(machine: Machine) -> list[tuple[Effect, tuple[str, ...]]]:
+def _couplings(machine: Machine, missed: frozenset[float]) -> list[tuple[Effect, tuple[str, ...]]]:
     """Return what the ends of each flexible coupling may push each other with."""
     names = dict.fromkeys(itertools.chain(*BETWEEN_ENDS), 0.0)
     parts = machine.bare_assembly().components.values()
@@ -198,6 +216,7 @@ def _couplings(machine: Machine) -> list[tuple[Effect, tuple[str, ...]]]:
         for part in parts
         if ResidualCouplingHarmonic.ROLE in part.roles
         for order in COUPLING_ORDERS
+        if order in missed
         for pair in BETWEEN_ENDS
     ]
 

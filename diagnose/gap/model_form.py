@@ -21,7 +21,7 @@ from .baseline import Baseline, again, with_others
 from .calibration import calibrated, settled
 from .coordinates import Coordinate
 from .healthy_evidence import evidence, fitted
-from .lacking_terms import Term, lacking_terms
+from .lacking_terms import Term, lacking_terms, missed_orders
 from .likely_terms import TERM_GAIN, USUAL, likely_terms, needed_terms, price_of
 from .lines import OrderLines, different_speeds
 from .predict import Predictor
@@ -94,7 +94,13 @@ def extended(
     only = None if repeats and different_speeds(healthy.conditions) >= LEAST_SPEEDS else USUAL
     for count in range(ROUNDS if repeats else 1):
         tell(f"what the model lacks when healthy, round {count + 1}")
-        terms = lacking_terms(state.current, predictor, reference_rpm=reference_rpm, only=only)
+        terms = lacking_terms(
+            state.current,
+            predictor,
+            reference_rpm=reference_rpm,
+            only=only,
+            missed=missed_orders(state.current, healthy),
+        )
         # Of what every machine has, slopes over sizes that are near 0 do not say what is needed: priors hold it there.
         further = likely_terms(state.current, healthy, terms) if repeats else terms
         if not further:

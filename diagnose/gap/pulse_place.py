@@ -213,8 +213,8 @@ def turn_nearby(current: Baseline, healthy: OrderLines, predictor: Predictor, *,
     """
     if not any(one.tied for one in healthy.conditions):
         return 0.0
-    able = predictor.repeats(current.machine)
-    terms = lacking_terms(current, predictor, reference_rpm=reference_rpm, only=USUAL) if able else []
+    able, none = predictor.repeats(current.machine), frozenset[float]()
+    terms = lacking_terms(current, predictor, reference_rpm=reference_rpm, only=USUAL, missed=none) if able else []
     turning = [term.slopes for term in terms]
     loose = widened_by(current, np.concatenate(turning)) if turning else current
     each = _whitened_turned(loose, healthy, NEAR)

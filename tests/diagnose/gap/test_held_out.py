@@ -56,6 +56,7 @@ def _after(
     unknown: float = 0.0,
     all_chance: float = 1.0,
     evidences: dict[tuple[str, ...], float] | None = None,
+    repeats: bool = True,
 ) -> tuple[Posterior, tuple[str, ...]]:
     logs = dict.fromkeys(shares, 0.0) | (evidences or {})
     fits: Any = [SimpleNamespace(names=one, log_evidence=logs[one]) for one in shares if one and one != UNKNOWN]
@@ -72,7 +73,8 @@ def _after(
     monkeypatch.setattr(held_out, "predicted", predicted)
     own = gains or dict.fromkeys(shares, 10.0)
     monkeypatch.setattr(held_out, "predicted_db", lambda fits, _: [own[fit.names] for fit in fits])
-    prepared: Any = SimpleNamespace(held_out=(1,))
+    predictor = SimpleNamespace(repeats=lambda machine: repeats)
+    prepared: Any = SimpleNamespace(held_out=(1,), predictor=predictor, baseline=SimpleNamespace(machine=None))
     return checked(prepared, posterior)
 
 
@@ -127,11 +129,13 @@ def test_no_name_where_the_held_out_lines_gain_nothing_and_nothing_is_missed(mon
     assert bool(remarks) is (kind == "none")
 
 
-@pytest.mark.parametrize(("own", "kind"), [(0.2, "none"), (0.4, "one cause")])
-def test_without_a_density_the_gain_has_to_be_one_where_nothing_is_missed(monkeypatch, own, kind):
+@pytest.mark.parametrize(("own", "repeats", "kind"), [(0.2, False, "none"), (0.4, False, "one cause"),
+                                                      (0.2, True, "one cause"), (-0.2, True, "none")])  # fmt: skip
+def test_without_a_density_the_gain_has_to_be_one_where_nothing_is_missed(monkeypatch, own, repeats, kind):
+    # Clearly one on a machine that does not repeat itself, whose sizes are predicted to a factor.
     shares = {LEFT: 0.97, (): 0.02, UNKNOWN: 0.01}
     monkeypatch.setattr(held_out, "chance_of_residual", lambda _: 0.9)
-    found, remarks = _after(monkeypatch, shares, {(): 4.5}, gains={LEFT: own})
+    found, remarks = _after(monkeypatch, shares, {(): 4.5}, gains={LEFT: own}, repeats=repeats)
     assert judged(found.probabilities)[0] == kind
     assert bool(remarks) is (kind == "none")
 
