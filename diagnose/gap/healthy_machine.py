@@ -67,11 +67,11 @@ def healthy_machine(
         Do not add what the model lacks.
     """
 
-    def grown(placed: Placed) -> _Grown:
+    def grown(placed: Placed, known: float = -math.inf) -> _Grown:
         if as_given:
             return placed, None
         here = turned(healthy, placed.pulse_rad)
-        form = extended(placed, here, predictor, reference_rpm=reference_rpm, tell=tell)
+        form = extended(placed, here, predictor, reference_rpm=reference_rpm, known=known, tell=tell)
         return replace(placed, at_healthy=form.at_healthy, evidence=evidence(form.at_healthy, here)), form
 
     # Of a machine that does not repeat only 1X and its multiples have a phase, and the terms that it gets, run-outs and
@@ -97,7 +97,7 @@ def healthy_machine(
     return HealthyMachine(placed.at_healthy, placed.pulse_rad, form, errors)
 
 
-def _likeliest(places: Sequence[Placed], grown: Callable[[Placed], _Grown], healthy: OrderLines) -> _Grown:
+def _likeliest(places: Sequence[Placed], grown: Callable[[Placed, float], _Grown], healthy: OrderLines) -> _Grown:
     """Return the likeliest place of the pulse, the machine having what it lacks there.
 
     How far behind one is before says little: the machine's own unbalance pointing elsewhere alone leaves most of the
@@ -105,7 +105,7 @@ def _likeliest(places: Sequence[Placed], grown: Callable[[Placed], _Grown], heal
     """
     known: dict[Placed, _Grown] = {}
     for one in sorted(places, key=lambda one: -one.evidence):
-        known[one] = grown(one)
+        known[one] = grown(one, max((other.evidence for other, _ in known.values()), default=-math.inf))
         if is_explained(known[one][0].at_healthy, turned(healthy, one.pulse_rad)):
             break
     # Each further guess has to be clearly likelier than those with less freedom.

@@ -71,6 +71,7 @@ def extended(
     predictor: Predictor,
     *,
     reference_rpm: float,
+    known: float = -math.inf,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Extended:
     """Return the machine with what its healthy lines ask for beside it; often nothing.
@@ -85,6 +86,9 @@ def extended(
         For the healthy conditions.
     reference_rpm : float
         Highest speed of all recordings.
+    known : float
+        Evidence of the machine with what it lacks at another place of the pulse: one that is farther from it with all
+        terms than these have brought is not followed.
     """
     found = placed.at_healthy
     start = state = _State(placed.machine, (), found, placed.free)
@@ -107,6 +111,9 @@ def extended(
             break
         # What slopes promise is not what is there; parameters that made up for it first go back to where they were.
         grown = state.changed((*state.terms, *further), healthy, predictor, afresh=not state.terms)
+        reached = evidence(grown.current, healthy)
+        if known - reached > max(reached - evidence(state.current, healthy), TERM_GAIN):
+            break
         grown = _pruned(grown, healthy, predictor, speeds) if repeats else grown.afresh(healthy, predictor)
         if evidence(grown.current, healthy) < evidence(state.current, healthy) + TERM_GAIN:
             break

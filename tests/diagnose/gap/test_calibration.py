@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rotorwise.diagnose.gap import calibration
 from rotorwise.diagnose.gap.baseline import (
     Baseline,
     ModelError,
@@ -26,7 +27,7 @@ from rotorwise.diagnose.gap.calibration import (
 from rotorwise.diagnose.gap.coordinates import coordinates_of
 from rotorwise.diagnose.gap.healthy_machine import healthy_machine
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
-from rotorwise.diagnose.gap.predict import Predictor
+from rotorwise.diagnose.gap.predict import Predictor, UnpredictableError
 from rotorwise.diagnose.gap.pulse_place import turned
 from rotorwise.simulators.machine import find_machine
 
@@ -56,6 +57,27 @@ def _healthy(predictor: Predictor, *, seed: int, **factors: float) -> OrderLines
     generator = np.random.default_rng(seed)
     noise = NOISE_M * (generator.normal(size=lines.shape) + 1j * generator.normal(size=lines.shape))
     return OrderLines(predictor.conditions, predictor.probes, ORDERS, lines + noise, np.full(lines.shape, NOISE_M))
+
+
+@pytest.mark.parametrize("fails", ["shifted", "again"])
+def test_where_the_machine_is_unstable_on_the_way_the_calibration_ends_nearly_as_well(monkeypatch, fails):
+    predictor, machine = _predictor("amb_rotor"), find_machine("amb_rotor")
+    healthy = _healthy(predictor, seed=1, **OFF)
+    usual = calibrated(machine, healthy, predictor)
+    able, calls = getattr(calibration, fails), []
+
+    def unstable_at_first(*arguments):
+        calls.append(fails)
+        if len(calls) < 3:
+            raise UnpredictableError("unstable")
+        return able(*arguments)
+
+    monkeypatch.setattr(calibration, fails, unstable_at_first)
+    found = calibrated(machine, healthy, predictor)
+    assert len(calls) > 2
+    error = model_error(usual.lines)
+    worth = [objective(one, healthy, error) for one in (start(machine, predictor), found, usual)]
+    assert worth[1] - worth[2] < 0.01 * (worth[0] - worth[2])
 
 
 def test_a_calibration_ends_where_the_truth_is_no_better():

@@ -93,7 +93,7 @@ def difference(one, two, least):
 
 def test_draws_reach_most_of_the_catalogue():
     drawn = {e.NAME for machine in MACHINES for seed in SEEDS for e in draw(machine, seed)[1]}
-    assert len(drawn) > 0.8 * len(EFFECTS)
+    assert len(drawn) > 0.9 * len(EFFECTS.keys() - set(OF_HEALTHY))
 
 
 @pytest.mark.parametrize("seed", SEEDS)
