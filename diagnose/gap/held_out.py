@@ -40,6 +40,9 @@ if TYPE_CHECKING:
     from .prepared import Prepared
 
 Names = tuple[str, ...]
+#: A name that brings the held-out lines so much farther from where they are than the calibrated machine has them is
+#: none, whatever density its uncertainty gives them.
+WORSE_DB = 1.0
 #: A rival whose held-out error is this much smaller draws level, of the most probable ones.
 BETTER_DB, RIVALS = 3.0, 4
 #: Not another name whose evidence is smaller by more than this: the fitted lines speak clearly against it. Fewer names
@@ -212,7 +215,7 @@ def _levelled(seen: Posterior, prepared: Prepared, fits: Mapping[Names, Fit]) ->
         least = 0.0 if prepared.predictor.repeats(prepared.baseline.machine) else AS_GOOD_DB
         if own <= least and _needs_nothing(seen):
             return _as_nothing(seen, leading)
-        if own <= 0 and leading not in seen.held_out:
+        if own <= (-WORSE_DB if leading in seen.held_out else 0.0):
             return _unnamed(seen, leading, _no_nearer(leading))
         for names, other in zip(rivals, others, strict=True):
             fewer, behind = set(names) < set(leading), fits[leading].log_evidence - fits[names].log_evidence

@@ -140,6 +140,15 @@ def test_without_a_density_the_gain_has_to_be_one_where_nothing_is_missed(monkey
     assert bool(remarks) is (kind == "none")
 
 
+@pytest.mark.parametrize(("own", "kind"), [(-0.8, "one cause"), (-1.2, "unknown")])
+def test_a_name_with_which_the_held_out_lines_are_clearly_farther_is_none(monkeypatch, own, kind):
+    shares = {LEFT: 0.97, (): 0.02, UNKNOWN: 0.01}
+    monkeypatch.setattr(held_out, "chance_of_residual", lambda _: 1e-4)
+    found, remarks = _after(monkeypatch, shares, {LEFT: 5.0, (): 4.5}, gains={LEFT: own})
+    assert judged(found.probabilities)[0] == kind
+    assert bool(remarks) is (kind == "unknown")
+
+
 def test_an_effect_whose_lines_lie_clearly_nearer_draws_level(monkeypatch):
     shares = {LEFT: 0.97, RIGHT: 1e-13, (): 0.02, UNKNOWN: 0.01}
     densities = {LEFT: 5.0, RIGHT: 5.0, (): -30.0}
