@@ -42,9 +42,9 @@ TURNING: tuple[tuple[type[Effect], str, tuple[str, str]], ...] = (
     (ResidualCouplingForce, "coupling", ("force_x_n", "force_y_n")),
     (ResidualGearRunOut, "gear", ("sine_m", "cosine_m")),
 )
-#: Multiples of a revolution of what the ends of a flexible coupling push each other with, and its components.
+#: Multiples of a revolution of what the halves of a coupling push each other with, and its components.
 COUPLING_ORDERS = (1.0, 2.0, 3.0)
-BETWEEN_ENDS = (
+BETWEEN_HALVES = (
     *((f"{way}_cosine_n", f"{way}_sine_n") for way in FORCES),
     *((f"{way}_cosine_n_m", f"{way}_sine_n_m") for way in MOMENTS),
 )
@@ -208,8 +208,8 @@ def _options(machine: Machine, reference_rpm: float, missed: frozenset[float]) -
 
 
 def _couplings(machine: Machine, missed: frozenset[float]) -> list[tuple[Effect, tuple[str, ...]]]:
-    """Return what the ends of each flexible coupling may push each other with."""
-    names = dict.fromkeys(itertools.chain(*BETWEEN_ENDS), 0.0)
+    """Return what the halves of each coupling that has both in the model may push each other with."""
+    names = dict.fromkeys(itertools.chain(*BETWEEN_HALVES), 0.0)
     parts = machine.bare_assembly().components.values()
     return [
         (ResidualCouplingHarmonic(at=part.name, order=order, **names), pair)
@@ -217,7 +217,7 @@ def _couplings(machine: Machine, missed: frozenset[float]) -> list[tuple[Effect,
         if ResidualCouplingHarmonic.ROLE in part.roles
         for order in COUPLING_ORDERS
         if order in missed
-        for pair in BETWEEN_ENDS
+        for pair in BETWEEN_HALVES
     ]
 
 

@@ -55,8 +55,8 @@ NEXT_TO = 100.0
 SCANNED = (0.5, 0.7, 1.4, 2.0, 3.0)
 #: Factor by which the law of an idealised effect may be less exact than usual, and more.
 LESS_EXACT, MORE_EXACT = 2.0, 0.5
-#: Two effects imitate a third that is in no catalogue, where they are hardly ahead of something unknown: of those that
-#: were ahead by less than this, none was true; all of 42 true pairs were ahead by 15 or more.
+#: Two effects imitate a third that is in no catalogue, where they are hardly ahead of something unknown: three pairs
+#: that were ahead by less than 4 were wrong, all of 42 true ones were ahead by 15 or more.
 IMITATED = 10.0
 
 Tell = Callable[[str], None]
