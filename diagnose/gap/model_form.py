@@ -118,20 +118,13 @@ def extended(
         if evidence(grown.current, healthy) < evidence(state.current, healthy) + TERM_GAIN:
             break
         state = grown
-    before = _missed(found, healthy)
-    if _missed(state.current, healthy) > MUCH_LESS * before:
-        # What the evidence asks for there are small lines; what is missed is something else. Unbalance and forces that
-        # turn with the shaft do not change how the machine answers, and stay.
-        usual = tuple(term for term in state.terms if term.effect.NAME in USUAL)
-        if len(usual) < len(state.terms):
-            state = _pruned(start.changed(usual, healthy, predictor, afresh=True), healthy, predictor, speeds)
-        state = state if evidence(state.current, healthy) >= evidence(found, healthy) + TERM_GAIN else start
+    state = _kept(state, start, healthy, predictor, speeds)
     return Extended(
         machine=state.with_terms()[0],
         added=state.with_terms()[1],
         at_healthy=state.current,
         covariance=fitted(state.current, healthy)[1],
-        missed_before=before,
+        missed_before=_missed(found, healthy),
         missed=_missed(state.current, healthy),
     )
 
@@ -202,6 +195,22 @@ class _State:
         """Return the state calibrated once more, by the slopes of where it is."""
         machine = self.with_terms()[0]
         return replace(self, current=settled(again(self.current, machine, predictor), machine, healthy, predictor))
+
+
+def _kept(
+    state: _State, start: _State, healthy: OrderLines, predictor: Predictor, speeds_rpm: Sequence[float]
+) -> _State:
+    """Return the state where it takes away enough of what is missed; else with unbalance and turning forces alone.
+
+    What the evidence asks for otherwise are small lines; what is missed is something else. Unbalance and forces that
+    turn with the shaft do not change how the machine answers, and stay, where they are asked for at all.
+    """
+    if _missed(state.current, healthy) <= MUCH_LESS * _missed(start.current, healthy):
+        return state
+    usual = tuple(term for term in state.terms if term.effect.NAME in USUAL)
+    if len(usual) < len(state.terms):
+        state = _pruned(start.changed(usual, healthy, predictor, afresh=True), healthy, predictor, speeds_rpm)
+    return state if evidence(state.current, healthy) >= evidence(start.current, healthy) + TERM_GAIN else start
 
 
 def _pruned(state: _State, healthy: OrderLines, predictor: Predictor, speeds_rpm: Sequence[float]) -> _State:
