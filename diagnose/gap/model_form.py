@@ -18,9 +18,10 @@ import numpy as np
 
 from ...simulators.machine import Machine
 from .baseline import Baseline, again, with_others
+from .baseline import start as as_given
 from .calibration import calibrated, settled
 from .coordinates import Coordinate
-from .healthy_evidence import evidence, fitted
+from .healthy_evidence import evidence, fitted, is_explained
 from .lacking_terms import Term, lacking_terms, missed_orders
 from .likely_terms import TERM_GAIN, USUAL, likely_terms, needed_terms, price_of
 from .lines import OrderLines, different_speeds
@@ -90,21 +91,45 @@ def extended(
         Evidence of the machine with what it lacks at another place of the pulse: one that is farther from it with all
         terms than these have brought is not followed.
     """
-    found = placed.at_healthy
-    start = state = _State(placed.machine, (), found, placed.free)
+    start = _State(placed.machine, (), placed.at_healthy, placed.free)
     speeds = sorted({*(one.speed_rpm for one in healthy.conditions), reference_rpm})
+    state = _grown(start, healthy, predictor, speeds, known=known, tell=tell)
+    given_up = state is start and known > -math.inf
+    if predictor.repeats(placed.machine) and not (given_up or is_explained(state.current, healthy)):
+        # Parameters that made up for what was lacking lie on a hill of their own, and what is lacking beside them is
+        # something else than beside the machine as given.
+        begin = replace(start, current=as_given(placed.machine, predictor, placed.free))
+        other = _grown(begin, healthy, predictor, speeds, known=known, tell=tell)
+        if evidence(other.current, healthy) >= evidence(state.current, healthy) + TERM_GAIN:
+            state = other
+    state = _kept(state, start, healthy, predictor, speeds)
+    return Extended(
+        machine=state.with_terms()[0],
+        added=state.with_terms()[1],
+        at_healthy=state.current,
+        covariance=fitted(state.current, healthy)[1],
+        missed_before=_missed(start.current, healthy),
+        missed=_missed(state.current, healthy),
+    )
+
+
+def _grown(
+    state: _State,
+    healthy: OrderLines,
+    predictor: Predictor,
+    speeds_rpm: Sequence[float],
+    *,
+    known: float,
+    tell: Callable[[str], None],
+) -> _State:
+    """Return the state with the terms that its lines ask for, chosen in a few rounds."""
+    repeats, reference = predictor.repeats(state.machine), speeds_rpm[-1]
     # How an unbalance grows with the speed is known; how a spring does, only several speeds tell.
-    repeats = predictor.repeats(placed.machine)
     only = None if repeats and different_speeds(healthy.conditions) >= LEAST_SPEEDS else USUAL
     for count in range(ROUNDS if repeats else 1):
         tell(f"what the model lacks when healthy, round {count + 1}")
-        terms = lacking_terms(
-            state.current,
-            predictor,
-            reference_rpm=reference_rpm,
-            only=only,
-            missed=missed_orders(state.current, healthy),
-        )
+        missed = missed_orders(state.current, healthy)
+        terms = lacking_terms(state.current, predictor, reference_rpm=reference, only=only, missed=missed)
         # Of what every machine has, slopes over sizes that are near 0 do not say what is needed: priors hold it there.
         further = likely_terms(state.current, healthy, terms) if repeats else terms
         if not further:
@@ -114,19 +139,11 @@ def extended(
         reached = evidence(grown.current, healthy)
         if known - reached > max(reached - evidence(state.current, healthy), TERM_GAIN):
             break
-        grown = _pruned(grown, healthy, predictor, speeds) if repeats else grown.afresh(healthy, predictor)
+        grown = _pruned(grown, healthy, predictor, speeds_rpm) if repeats else grown.afresh(healthy, predictor)
         if evidence(grown.current, healthy) < evidence(state.current, healthy) + TERM_GAIN:
             break
         state = grown
-    state = _kept(state, start, healthy, predictor, speeds)
-    return Extended(
-        machine=state.with_terms()[0],
-        added=state.with_terms()[1],
-        at_healthy=state.current,
-        covariance=fitted(state.current, healthy)[1],
-        missed_before=_missed(found, healthy),
-        missed=_missed(state.current, healthy),
-    )
+    return state
 
 
 @dataclass(frozen=True, eq=False)

@@ -87,7 +87,7 @@ def test_nothing_is_called_nothing(real_rig, healthy):
 
 
 def test_a_force_that_is_not_in_the_catalogue_is_unknown(pulled):
-    found = explain_gap(pulled, rig, only=COMPETING - {"twice_line_force"})
+    found = explain_gap(pulled, rig, only=COMPETING - {"twice_line_force", "looseness"})
     assert found.kind == "unknown"
     assert not found.causes
 

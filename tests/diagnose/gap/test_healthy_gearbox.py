@@ -26,7 +26,7 @@ def found() -> Extended:
         ResidualGearRunOut(at="pinion", sine_m=RUN_OUT_M[0], cosine_m=RUN_OUT_M[1]),
         EmpiricalMesh(at="pinion", **teeth, second_cosine_m=6e-7),
     )
-    predictor = Predictor(CONDITIONS, PROBES, ORDERS, (12_800.0,) * 2, (6400,) * 2, KINDS, (0,) * 3)
+    predictor = Predictor(CONDITIONS, PROBES, ORDERS, (12_800.0,) * 2, (3200,) * 2, KINDS, (0,) * 3)
     lines = predictor.amplitudes(real)
     generator = np.random.default_rng(3)
     noise = NOISE * (generator.normal(size=lines.shape) + 1j * generator.normal(size=lines.shape))
