@@ -21,7 +21,7 @@ CLEAR = 100.0
 #: Share of that which something unknown may be ahead by, and most that it may.
 SHARE, MOST_BEHIND = 0.02, 100.0
 #: Most of the squared residual that an idealised effect, without the tolerance of its law, may leave: 10 dB, which
-#: contacts and cracks of other simulators, whose law is another one, all reach. Sizes are predicted to a factor, and may
+#: contacts and cracks of other simulators, whose law is another one, reach. Sizes are predicted to a factor, and may
 #: leave more than was there.
 LEFT = 0.1
 #: Share of d2 below which lines with phase do not tell an effect: sizes do.

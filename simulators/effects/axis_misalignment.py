@@ -24,7 +24,8 @@ class AxisMisalignment(Effect):
     `coupling_misalignment` turns with the shaft (a hub bored or mounted off centre). Where two machines stand beside
     each other's axis, the elongation s of the coupling is fixed in space: a coupling of constant stiffness is bent by a
     constant force and shows nothing; one whose stiffness varies with the shaft's angle pulses n times a revolution, in
-    the direction of s, forwards and backwards alike. Left out: stiffness that couples x to y.
+    the direction of s, forwards and backwards alike. It does not depend on the load. Left out: stiffness that couples x
+    to y.
     """
 
     NAME = "axis_misalignment"

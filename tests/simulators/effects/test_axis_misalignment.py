@@ -63,7 +63,7 @@ def test_lines_are_those_that_it_declares_and_a_file_keeps_it():
 
 def test_an_even_coupling_shows_nothing_and_says_so():
     rig = find_machine("test_rig")
-    with pytest.raises(MissingPartError, match="equally stiff.*coupling_stiffness_harmonics"):
+    with pytest.raises(MissingPartError, match=r"equally stiff.*coupling_stiffness_harmonics"):
         rig.with_effects(AxisMisalignment()).system(speed_rpm=1000)
     uneven = CouplingStiffnessHarmonics(x_2=0.2, y_2=0.2)
     change = amplitudes(rig, uneven, AxisMisalignment()) - amplitudes(rig, uneven)
