@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from rotorwise.datasets.recording import Campaign
+from rotorwise.diagnose.gap import model_form as module
 from rotorwise.diagnose.gap.calibration import calibrated
 from rotorwise.diagnose.gap.explain import explain_gap
 from rotorwise.diagnose.gap.extended_file import OF_HEALTHY, extended_text
@@ -99,6 +100,31 @@ def test_what_no_spring_makes_is_no_reason_to_add_springs() -> None:
     wrong = 1 + 0.15 * (waves[0] * np.cos(3 * speeds)[:, None, None] + waves[1] * np.sin(3 * speeds)[:, None, None])
     spoilt = OrderLines(healthy.conditions, healthy.probes, ORDERS, healthy.amplitudes * wrong, healthy.deviations)
     assert len(_extended(spoilt, predictor).added) <= 1
+
+
+def test_where_lines_stay_unexplained_terms_are_looked_for_beside_the_machine_as_given_too(monkeypatch) -> None:
+    """Parameters that have made up for what is lacking hide it: what is found from both is compared."""
+    healthy, predictor = _lines(amb_rotor.with_effects(*_hidden({("bearing_1", "stiffness_n_m", 0.0): -6e4})), seed=1)
+    found = calibrated(amb_rotor, healthy, predictor)
+    begun, search = [], module._grown
+
+    def grown(state, *args, **options):
+        begun.append(state.current)
+        # From the calibrated machine nothing is found here.
+        return state if state.current is found else search(state, *args, **options)
+
+    monkeypatch.setattr(module, "_grown", grown)
+    placed = Placed(amb_rotor, (), found, 0.0, evidence(found, healthy))
+    form = extended(placed, healthy, predictor, reference_rpm=TOP_RPM)
+    assert begun[0] is found
+    np.testing.assert_array_equal(begun[1].position, found.given)
+    assert [(one.at, one.strength) for one in form_of(form).terms] == [("bearing_1", "stiffness_n_m")]
+    # Not where the lines are explained, nor where another place of the pulse is far ahead.
+    begun.clear()
+    extended(placed, healthy, predictor, reference_rpm=TOP_RPM, known=placed.evidence + 1e4)
+    monkeypatch.setattr(module, "is_explained", lambda *_: True)
+    extended(placed, healthy, predictor, reference_rpm=TOP_RPM)
+    assert len(begun) == 2
 
 
 @pytest.fixture(scope="module")
