@@ -233,22 +233,25 @@ def _kept(
 def _pruned(state: _State, healthy: OrderLines, predictor: Predictor, speeds_rpm: Sequence[float]) -> _State:
     """Return the state without the terms that the evidence does not need, nor those that leave it unstable."""
     while state.terms:
+        runs = state.runs(speeds_rpm) or all(term.effect.NAME in USUAL for term in state.terms)
         kept = needed_terms(state.current, healthy, state.terms, state.parts)
-        runs = state.runs(speeds_rpm)
-        if len(kept) == len(state.terms):
-            if runs or all(term.effect.NAME in USUAL for term in state.terms):
-                break
-            kept = _without_weakest(state, healthy)
-        fewer = state.changed(tuple(kept), healthy, predictor)
+        fewer = state.changed(tuple(kept), healthy, predictor) if len(kept) < len(state.terms) else None
         # What slopes say of a term, its calibration need not bear out.
-        price = sum(price_of(term) for term in state.terms if term not in kept)
-        if runs and evidence(fewer.current, healthy) < evidence(state.current, healthy) - price:
-            break
+        if fewer is None or _loses(fewer, state, healthy):
+            if runs:
+                break
+            fewer = state.changed(_without_weakest(state, healthy), healthy, predictor)
         state = fewer
     return state
 
 
-def _without_weakest(state: _State, healthy: OrderLines) -> list[Term]:
+def _loses(fewer: _State, state: _State, healthy: OrderLines) -> bool:
+    """Return whether a state with fewer terms has lost more evidence than these had to bring."""
+    price = sum(price_of(term) for term in state.terms if term not in fewer.terms)
+    return evidence(fewer.current, healthy) < evidence(state.current, healthy) - price
+
+
+def _without_weakest(state: _State, healthy: OrderLines) -> tuple[Term, ...]:
     """Return the terms but for that change of a support which is known least, as a share of what is uncertain of it.
 
     Unbalance and forces that turn with the shaft leave no machine unstable.
@@ -259,7 +262,7 @@ def _without_weakest(state: _State, healthy: OrderLines) -> list[Term]:
         position = state.current.position[part]
         told = float(position @ np.linalg.solve(covariance[part, part], position))
         size.append(math.inf if term.effect.NAME in USUAL else told)
-    return [term for i, term in enumerate(state.terms) if i != int(np.argmin(size))]
+    return tuple(term for i, term in enumerate(state.terms) if i != int(np.argmin(size)))
 
 
 def form_of(found: Extended) -> ModelForm:
