@@ -24,7 +24,7 @@ from rotorwise.simulators.parameter import parameter
 
 from .made_campaigns import altered, recorded
 
-SPEEDS_RPM = (1300.0, 1800.0, 2400.0, 3000.0, 3400.0, 3900.0)
+SPEEDS_RPM = (1300.0, 1900.0, 2600.0, 3300.0, 3900.0)
 HOW = {"rate_hz": 2048.0, "duration_s": 3.0}
 HIDDEN = Unbalance(at="disc", moment_kg_m=2e-4, angle_rad=0.5)
 COMPETING = frozenset(("unbalance", "shaft_bow", "coupling_misalignment", "run_out", "remounted_sensor"))
