@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ..assembly import MissingPartError
 from ..effect import Effect, Line
-from ..parameter import LogNormal, Uniform, parameter
+from ._misalignment import ALIGNMENT, direction, offset, tilt
 
 if TYPE_CHECKING:
     from ..assembly import Assembly
     from ..machine import Machine
-
-_ANY_ANGLE = "any angle is equally likely"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +29,7 @@ class AxisMisalignment(Effect):
     STAGE = "structure"
     ROLE = "flexible_coupling"
     MEANING = "The axes of the two machines do not meet at the coupling: an offset or an angle that stands still."
-    CHECK = "What did the last laser alignment show, cold and hot? Were feet, shims or pipes changed since?"
+    CHECK = ALIGNMENT
     RIVALS = {
         "coupling_misalignment": "turn one hub against the other: what a hub off centre makes turns with it",
         "gravity": "a vertical offset acts like a sag: alignment at rest says which",
@@ -45,35 +42,11 @@ class AxisMisalignment(Effect):
         "misalignment and unbalance, J. Sound Vib. 176 (1994) 663-679, 681-691",
     )
 
-    offset_m: float = parameter(
-        unit="m",
-        bounds=(0.0, 2e-3),
-        zero=0.0,
-        prior=LogNormal(1e-4, 3.0),
-        meaning="parallel misalignment: distance of the two axes at the coupling",
-        source="Prueftechnik tolerances: 0.03-0.09 mm at 1500-3000 rpm; factor 3 for careful or careless work",
-    )
-    angle_rad: float = parameter(
-        unit="rad",
-        bounds=(0.0, 0.07),
-        zero=0.0,
-        prior=LogNormal(1e-3, 3.0),
-        meaning="angular misalignment, the angle between the two axes; 0 for a purely parallel one",
-        source="Prueftechnik tolerances: 0.4-1.2 mrad at 1500-3000 rpm; bound 4 degrees, where flexible couplings end",
-    )
-    offset_direction_rad: float = parameter(
-        unit="rad",
-        bounds=(-2 * math.pi, 2 * math.pi),
-        prior=Uniform(-math.pi, math.pi),
-        meaning="direction of the offset from x towards y",
-        source=_ANY_ANGLE,
-    )
-    angle_direction_rad: float = parameter(
-        unit="rad",
-        bounds=(-2 * math.pi, 2 * math.pi),
-        prior=Uniform(-math.pi, math.pi),
-        meaning="direction of the axis about which the two axes are tilted, from x towards y",
-        source=_ANY_ANGLE,
+    offset_m: float = offset("parallel misalignment: distance of the two axes at the coupling")
+    angle_rad: float = tilt()
+    offset_direction_rad: float = direction("direction of the offset from x towards y")
+    angle_direction_rad: float = direction(
+        "direction of the axis about which the two axes are tilted, from x towards y"
     )
 
     def contribute(self, assembly: Assembly) -> None:

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ..effect import Effect, Line
-from ..parameter import LogNormal, Uniform, parameter
+from ._misalignment import ALIGNMENT, direction, offset, tilt
 
 if TYPE_CHECKING:
     from ..assembly import Assembly
     from ..machine import Machine
-
-_ANY_ANGLE = "any angle is equally likely"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,8 +27,9 @@ class CouplingMisalignment(Effect):
     STAGE = "structure"
     ROLE = "coupling"
     MEANING = "The two halves of a coupling are offset (parallel) or tilted (angular) against each other."
-    CHECK = "What did the last laser alignment show, cold and hot? Were feet, shims or pipes changed since?"
+    CHECK = ALIGNMENT
     RIVALS = {
+        "axis_misalignment": "turn one hub against the other: what a hub off centre makes turns with it",
         "unbalance": "three or more speeds (the force of misalignment does not grow as speed^2); a trial mass",
         "shaft_bow": "slow-roll vector with the coupling opened; run uncoupled",
         "rotating_coupling_force": "1X at the coupling without 2X and 3X; a different coupling; run uncoupled",
@@ -45,35 +43,11 @@ class CouplingMisalignment(Effect):
         "misalignment and unbalance, J. Sound Vib. 176 (1994) 663-679, 681-691",
     )
 
-    offset_m: float = parameter(
-        unit="m",
-        bounds=(0.0, 2e-3),
-        zero=0.0,
-        prior=LogNormal(1e-4, 3.0),
-        meaning="parallel misalignment of the two axes at the coupling",
-        source="Prueftechnik tolerances: 0.03-0.09 mm at 1500-3000 rpm; factor 3 for careful or careless work",
-    )
-    angle_rad: float = parameter(
-        unit="rad",
-        bounds=(0.0, 0.07),
-        zero=0.0,
-        prior=LogNormal(1e-3, 3.0),
-        meaning="angular misalignment, the angle between the two axes; 0 for a purely parallel one",
-        source="Prueftechnik tolerances: 0.4-1.2 mrad at 1500-3000 rpm; bound 4 degrees, where flexible couplings end",
-    )
-    offset_phase_rad: float = parameter(
-        unit="rad",
-        bounds=(-2 * math.pi, 2 * math.pi),
-        prior=Uniform(-math.pi, math.pi),
-        meaning="direction of the offset from x at shaft angle 0, in the sense of rotation",
-        source=_ANY_ANGLE,
-    )
-    angle_phase_rad: float = parameter(
-        unit="rad",
-        bounds=(-2 * math.pi, 2 * math.pi),
-        prior=Uniform(-math.pi, math.pi),
-        meaning="direction of the axis about which the halves are tilted, from x at shaft angle 0",
-        source=_ANY_ANGLE,
+    offset_m: float = offset("parallel misalignment of the two axes at the coupling")
+    angle_rad: float = tilt()
+    offset_phase_rad: float = direction("direction of the offset from x at shaft angle 0, in the sense of rotation")
+    angle_phase_rad: float = direction(
+        "direction of the axis about which the halves are tilted, from x at shaft angle 0"
     )
 
     def contribute(self, assembly: Assembly) -> None:

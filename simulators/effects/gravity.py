@@ -34,7 +34,7 @@ class Gravity(Effect):
     MEANING = "All parts have weight and sag on their supports; a horizontal shaft feels it once a revolution."
     CHECK = "Is the shaft horizontal or vertical? Was it aligned at rest, cold, with the sag it has when running?"
     RIVALS = {
-        "coupling_misalignment": "a vertical offset acts like a sag: alignment at rest says which",
+        "axis_misalignment": "a vertical offset acts like a sag: alignment at rest says which",
         "bolt_loss": "bolts retightened: the sag stays",
     }
     REFERENCES = ("M. I. Friswell et al., Dynamics of Rotating Machines, Cambridge 2010",)

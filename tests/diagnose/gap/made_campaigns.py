@@ -1,8 +1,12 @@
 """Campaigns for the gap engine: stepped in time, on a machine whose own parameters are not those of the model."""
 
+from typing import Any
+
 import numpy as np
-from rotorwise.datasets.recording import Recording
+import pytest
+from rotorwise.datasets.recording import Campaign, Recording
 from rotorwise.datasets.simulated import record_machine
+from rotorwise.diagnose.gap import explain as module
 from rotorwise.simulators.machine import Machine
 from rotorwise.simulators.sensor_chain import SensorChain
 
@@ -53,3 +57,22 @@ def without_tacho(recordings: tuple[Recording, ...]) -> tuple[Recording, ...]:
         assert len(kept) == len(one.channels) - 1
         found.append(one.select(kept))
     return tuple(found)
+
+
+class _Stopped(Exception):
+    pass
+
+
+def search_inputs(campaign: Campaign, machine: Machine, *, only: frozenset[str]) -> tuple[Any, ...]:
+    """Return what the search is given: problem, screening and what unknown forces make."""
+    kept: list[Any] = []
+
+    def stop(*given: Any, **_: Any) -> None:
+        kept.extend(given)
+        raise _Stopped
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "search", stop)
+        with pytest.raises(_Stopped):
+            module.explain_gap(campaign, machine, only=only)
+    return tuple(kept)

@@ -6,21 +6,15 @@ from typing import Any
 import numpy as np
 import pytest
 from rotorwise.datasets.recording import Campaign
-from rotorwise.diagnose.gap import explain as module
-from rotorwise.diagnose.gap.explain import explain_gap
 from rotorwise.diagnose.gap.refine import Fit, nothing, refined
 from rotorwise.diagnose.gap.swapped_pairs import swapped_pairs
 from rotorwise.simulators import amb_rotor
 from rotorwise.simulators.effects.run_out import RunOut
 from rotorwise.simulators.effects.shaft_bow import ShaftBow
 
-from .made_campaigns import recorded
+from .made_campaigns import recorded, search_inputs
 
 HIDDEN = (ShaftBow(bow_m=3e-5, angle_rad=0.8), RunOut(at="bearing_1", harmonic_1_m=2e-5, angle_1_rad=2.0))
-
-
-class _Stopped(Exception):
-    pass
 
 
 @pytest.fixture(scope="module")
@@ -30,17 +24,7 @@ def begun() -> tuple[Any, ...]:
     speeds = (1200.0, 1800.0, 2500.0)
     hidden = recorded(amb_rotor.with_effects(*HIDDEN), speeds, seed=5, **options)
     campaign = Campaign(hidden, recorded(amb_rotor, speeds, seed=1, **options))
-    kept: list[Any] = []
-
-    def stop(*given: Any, **_: Any) -> None:
-        kept.extend(given)
-        raise _Stopped
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(module, "search", stop)
-        with pytest.raises(_Stopped):
-            explain_gap(campaign, amb_rotor, only=frozenset(("shaft_bow", "run_out", "coupling_misalignment")))
-    return tuple(kept)
+    return search_inputs(campaign, amb_rotor, only=frozenset(("shaft_bow", "run_out", "coupling_misalignment")))
 
 
 def _fit(begun: tuple[Any, ...], *names: str) -> Fit:
