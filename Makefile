@@ -16,9 +16,12 @@ SHELL := /bin/bash
 demo: $(VENV)/stamp-run
 	$(BIN)/rotorwise demo --output demo --force
 
-# One BLAS thread a process: there are as many processes as cores, and the matrices are small.
+# One BLAS thread a process: there are as many processes as cores, and the matrices are small. Compiled modules are kept,
+# also where the environment says not to: each of the many processes that the tests start would compile all of them.
+TEST_ENV := OPENBLAS_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE=
+
 test: $(VENV)/stamp-test
-	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n auto --dist worksteal $(PYTEST_ARGS)
+	$(TEST_ENV) $(BIN)/pytest -n auto --dist worksteal $(PYTEST_ARGS)
 
 lint: $(VENV)/stamp-lint
 	$(BIN)/ruff check .
@@ -37,7 +40,7 @@ NOT_OLDEST := not killed and not disk and not kept and not computes and not memo
   and not independent_solver and not implicit_solver and not unrelated_lines
 
 test-oldest: .venv-oldest/stamp
-	OPENBLAS_NUM_THREADS=1 .venv-oldest/bin/pytest -n auto --dist worksteal -m "not browser" \
+	$(TEST_ENV) .venv-oldest/bin/pytest -n auto --dist worksteal -m "not browser" \
 	  --ignore tests/simulators/solvers/test_gearbox_accuracy.py --ignore tests/datasets/test_store_lease.py \
 	  --ignore tests/diagnose/signal/test_critical_speed.py -k "$(NOT_OLDEST)" $(OLDEST) $(PYTEST_ARGS)
 

@@ -326,7 +326,7 @@ class Widened:
 
     directions: np.ndarray
 
-    @property
+    @cached_property
     def _inner(self) -> np.ndarray:
         return np.eye(self.directions.shape[0]) + self.directions @ self.directions.T
 

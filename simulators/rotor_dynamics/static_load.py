@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..assembly import Assembly
-from ..law import Direction, Timeline
+from ..law import Direction, Law, Timeline
 from ..pseudo_inverse import pseudo_inverse
 from ..system import System, build_system
 
@@ -69,25 +69,33 @@ def _finished(assembly: Assembly, unfinished: Iterable[Any], speed_rad_s: float)
 
 def _mean_forces(system: System, speed_rad_s: float) -> tuple[np.ndarray, float]:
     """Return the mean over some turns of the forces without motion, (forces,), and their largest value."""
+    mean, largest = np.zeros(system.force_columns.shape[1]), 0.0
+    for force, reads, acts in zip(system.forces, system.inputs, system.outputs, strict=True):
+        own, size = _mean_of_law(force.law, force.parameters, reads.size, acts.size, speed_rad_s)
+        np.add.at(mean, acts, own)
+        largest = max(largest, size)
+    return mean, largest
+
+
+@functools.lru_cache(maxsize=512)
+def _mean_of_law(
+    law: Law, parameters: tuple[float, ...], reads: int, acts: int, speed_rad_s: float
+) -> tuple[np.ndarray, float]:
+    """Return the same of one law, (acts,), that reads no motion; kept, as few of a machine's forces change."""
     count = _TURNS * _ANGLES
     phase = 2 * np.pi * np.arange(count)[:, None] / _ANGLES
     weights = (1 - np.cos(phase[:, 0] / _TURNS)) / count
     timeline = Timeline(np.zeros(phase.shape), phase, np.full(phase.shape, speed_rad_s), np.zeros(phase.shape))
-    mean, largest = np.zeros(system.force_columns.shape[1]), 0.0
-    for force, reads, acts in zip(system.forces, system.inputs, system.outputs, strict=True):
-        parameters = np.array(force.parameters)[:, None]
-        branch = {"branch_rad": phase} if force.law.jumps is not None else {}
-        signals = force.law.signals(timeline, parameters, **branch)[:, :, 0]
-        if force.law.is_linear:
-            np.add.at(mean, acts, signals[: acts.size] @ weights)
-            largest = max(largest, float(np.abs(signals[: acts.size]).max(initial=0.0)))
-            continue
-        still, u = np.zeros((system.motion_rows.shape[0], count)), np.zeros((mean.size, count))
-        repeated = np.repeat(parameters, count, axis=1)
-        force.law.force(np.ascontiguousarray(signals), repeated, still, reads, acts, u)
-        mean += u @ weights
-        largest = max(largest, float(np.abs(u).max(initial=0.0)))
-    return mean, largest
+    values = np.array(parameters)[:, None]
+    branch = {"branch_rad": phase} if law.jumps is not None else {}
+    signals = law.signals(timeline, values, **branch)[:, :, 0]
+    if law.is_linear:
+        forces = signals[:acts]
+    else:
+        forces, still = np.zeros((acts, count)), np.zeros((reads, count))
+        signals, values = np.ascontiguousarray(signals), np.repeat(values, count, axis=1)
+        law.force(signals, values, still, np.arange(reads), np.arange(acts), forces)
+    return forces @ weights, float(np.abs(forces).max(initial=0.0))
 
 
 def _least_response(matrix: np.ndarray, push: np.ndarray) -> np.ndarray:
