@@ -6,6 +6,7 @@ out. Where the motion repeats with the shaft the slopes are computed anew at eve
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -32,13 +33,18 @@ from .predict import Predictor, UnpredictableError
 from .size_scale import at_most_once
 
 #: Steps, fewer where each is a simulation, and tries to find one that gains.
-MOST_STEPS, MOST_STEPS_IN_TIME, MOST_TRIES = 15, 6, 6
+MOST_STEPS, MOST_STEPS_IN_TIME, MOST_TRIES = 20, 6, 10
 #: Longest step in any coordinate, standard deviations of the prior.
 LONGEST = 1.0
-#: Damping at the start, and its factor after a try that gained nothing.
-DAMPING, HARDER = 1e-2, 6.0
+#: Damping at the start and at least, and its factor after a try that gained nothing.
+DAMPING, LEAST_DAMPING, HARDER = 1e-2, 1e-5, 6.0
+#: Shares of the gain promised by the slopes, above which the next step is damped less, and below which more.
+AS_PROMISED, SHORT_OF_PROMISED = 0.75, 0.25
 #: A step that gains less is the last one.
 LEAST_GAIN = 0.1
+#: As long as the machine misses its lines, these are doubted by as much, and each step by this factor less: slopes of a
+#: machine that is far off would put what is hardly told anywhere, on hills from which no step leads on.
+SURER = 2.0
 #: Powers of the speed by which the model error may grow; one where speeds differ by less than this factor.
 GROWTHS, FEW_SPEEDS = (0, 1, 2, 3, 4), 1.2
 #: A line that is this many times as large as the machine can make it tells nothing of its parameters.
@@ -88,18 +94,25 @@ def settled(
     """Return a linearised machine with its parameters where the healthy lines put them; see `calibrated`."""
     repeats = predictor.repeats(machine)
     error = np.maximum(model_error(current.lines), out_of_reach(current, healthy))
-    damping = DAMPING
+    # Where each slope is a simulation there are too few steps for that.
+    damping, doubt = DAMPING, math.inf if repeats else 1.0
     for count in range(MOST_STEPS if repeats else MOST_STEPS_IN_TIME):
         tell(f"calibration, step {count + 1}")
-        wide = np.maximum(error, size_error(current, healthy))
-        trial, gained, damping = _step(current, machine, healthy, predictor, wide, damping)
-        if trial is None:
-            break
-        # Each slope of a machine that does not repeat is a simulation: the first ones have to do.
-        current = _relinearised(trial, machine, predictor) if repeats else trial
-        if gained < LEAST_GAIN:
+        covariance = _covariance(current, healthy, np.maximum(error, size_error(current, healthy)))
+        doubt = max(min(_misfit(current, healthy, covariance), doubt / SURER), 1.0)
+        trial, gained, damping = _step(current, machine, healthy, predictor, doubt * covariance, damping)
+        if trial is not None:
+            # Each slope of a machine that does not repeat is a simulation: the first ones have to do.
+            current = _relinearised(trial, machine, predictor) if repeats else trial
+        if doubt == 1.0 and gained < LEAST_GAIN:
             break
     return current
+
+
+def _misfit(current: Baseline, lines: OrderLines, covariance: np.ndarray) -> float:
+    """Return the mean square of what a machine misses, in standard deviations."""
+    left = stacked(lines.amplitudes - current.lines, lines.parts)
+    return float(left @ np.linalg.solve(covariance, left)) / max(left.size, 1)
 
 
 def _relinearised(current: Baseline, machine: Machine, predictor: Predictor) -> Baseline:
@@ -128,7 +141,8 @@ def settled_further(
     error, damping = residual_error(current, healthy), DAMPING
     for count in range(MOST_STEPS_IN_TIME):
         tell(f"calibration, last step {count + 1}")
-        trial, gained, damping = _step(current, machine, healthy, predictor, error, damping)
+        covariance = _covariance(current, healthy, error)
+        trial, gained, damping = _step(current, machine, healthy, predictor, covariance, damping)
         if trial is None:
             break
         current = trial
@@ -172,14 +186,13 @@ def _step(
     machine: Machine,
     healthy: OrderLines,
     predictor: Predictor,
-    error: np.ndarray | ModelError,
+    covariance: np.ndarray,
     damping: float,
 ) -> tuple[Baseline | None, float, float]:
     """Return the first step that gains anything, how much, and the damping for the next one; None where none gains."""
-    # Gains are a share of what the machine makes, and stay so during the step: were they to follow each trial, one that
-    # makes more would seem better, as it may be wrong by more; were they a share of what was measured, one that makes
-    # less would (R. D. Ball et al., J. High Energy Physics 05 (2010) 075).
-    covariance = _covariance(current, healthy, error)
+    # The gains of the probes, part of the covariance, are a share of what the machine makes, and stay so during the
+    # step: were they to follow each trial, one that makes more would seem better, as it may be wrong by more; were they
+    # a share of what was measured, one that makes less would (R. D. Ball et al., J. High Energy Physics 05 (2010) 075).
     here = _objective(current, healthy, covariance)
     gradient, curvature = _slope(current, healthy, covariance)
     active = np.flatnonzero(current.active)
@@ -194,9 +207,17 @@ def _step(
             # Slopes of a machine that is stable promise much of one that is not.
             trial, gained = current, 0.0
         if gained > 0:
-            return trial, gained, damping / HARDER
+            promised = float(gradient @ move - 0.5 * move @ curvature @ move)
+            return trial, gained, _damping_after(gained / promised, damping)
         damping *= HARDER
     return None, 0.0, damping
+
+
+def _damping_after(kept: float, damping: float) -> float:
+    """Return the damping of the next step, after one that gained a share ``kept`` of what its slopes promised."""
+    if kept < SHORT_OF_PROMISED:
+        return damping * HARDER
+    return max(damping / HARDER, LEAST_DAMPING) if kept > AS_PROMISED else damping
 
 
 def _slope(current: Baseline, lines: OrderLines, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

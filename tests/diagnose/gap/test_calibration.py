@@ -34,6 +34,7 @@ from rotorwise.simulators.machine import find_machine
 ORDERS = (1.0, 2.0, 3.0)
 SPEEDS_RPM = (1200.0, 1700.0, 2300.0, 2900.0, 3500.0, 4100.0)
 NOISE_M = 1e-8
+CONDITIONS_OF_RIG = tuple(Condition(speed) for speed in (817.5, 1177.8, 1543.8, 1925.4, 2444.5, 2984.0))
 #: Away from what is given, within the priors.
 OFF = {"coupling_stiffness_n_m": 1.06, "coupling_rotational_stiffness_n_m_rad": 0.95, "unbalance_kg_m": 1.05,
        "shaft_diameter_m": 1.002, "shaft_length_m": 0.997}  # fmt: skip
@@ -93,6 +94,21 @@ def test_a_calibration_ends_where_the_truth_is_no_better():
     error = model_error(given.lines)
     assert objective(found, healthy, error) < objective(there, healthy, error) + 0.5
     assert objective(found, healthy, error) < 0.2 * objective(given, healthy, error)
+
+
+def test_a_calibration_ends_where_the_truth_is_no_better_where_much_is_unknown():
+    # Of steps that were damped ever less as long as they gained anything, the last ones here gained nothing at all.
+    machine = find_machine("test_rig")
+    full = _predictor("test_rig")
+    predictor = replace(full, probes=("housing_a_x", "housing_b_x", "housing_b_y"), conditions=CONDITIONS_OF_RIG)
+    given = start(machine, predictor)
+    truth = given.given + np.random.default_rng(2).uniform(-0.8, 0.8, given.given.size)
+    there = linearised(machine, given.coordinates, truth, given.given, given.active, predictor)
+    deviations = 0.005 * np.abs(there.lines) + 1e-4
+    healthy = OrderLines(predictor.conditions, predictor.probes, ORDERS, there.lines, deviations)
+    found = calibrated(machine, healthy, predictor)
+    error = model_error(given.lines)
+    assert objective(found, healthy, error) < objective(there, healthy, error)
 
 
 @pytest.mark.parametrize("seed", [1, 2])
