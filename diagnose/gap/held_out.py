@@ -139,7 +139,8 @@ def _given_fitted(fit: Fit, problem: Problem, held_out: Sequence[int]) -> Predic
     alive = np.ones(fit.position.size, dtype=bool)
     responses = Responses(fit.candidates, own, predictor)
     slopes = responses.slopes(fit.position, response, alive)
-    compared = problem.around(around, response)
+    inexact = fit.compared.inexact if fit.compared is not None else 1.0
+    compared = replace(problem.around(around, response), inexact=inexact)
     law = laws_of(compared, fit.candidates, responses.own(fit.position, response))
     residual, directions = prior_of(fit, compared.residual, compared.whitened(slopes), law.directions)
     size = np.where(compared.seen, np.abs(response) / problem.lines.deviations, 0.0)

@@ -226,3 +226,33 @@ def test_nothing_at_all_that_predicts_beyond_any_number_takes_the_name_away(monk
     shares = {LEFT: 0.97, (): 0.02, UNKNOWN: 0.01}
     found, _ = _after(monkeypatch, shares, {LEFT: -1e6, (): 0.0})
     assert judged(found.probabilities)[0] == "none"
+
+
+@pytest.mark.parametrize("inexact", [0.5, 2.0])
+def test_a_law_is_as_exact_in_the_held_out_conditions_as_in_the_fitted_ones(monkeypatch, inexact):
+    conditions = tuple(Condition(speed) for speed in (600.0, 700.0, 1300.0))
+    lines = OrderLines(conditions, ("a", "b"), (1.0, 2.0), np.ones((3, 2, 2), dtype=complex), np.ones((3, 2, 2)))
+    compared = comparison(lines, _baseline(3, np.array([0.5]), np.zeros(1)), None, None, np.full((2, 2), 0.3))
+    seen, none = [], np.zeros((1, 3, 2, 2), dtype=complex)
+
+    class Stop(Exception):
+        pass
+
+    def law(found, *_):
+        seen.append(found.inexact)
+        raise Stop
+
+    monkeypatch.setattr(held_out, "again", lambda *_: SimpleNamespace(lines=none[0]))
+    monkeypatch.setattr(
+        held_out, "Responses", lambda *_: SimpleNamespace(slopes=lambda *_: none, own=lambda *_: [none])
+    )
+    monkeypatch.setattr(held_out, "laws_of", law)
+    fit: Any = SimpleNamespace(position=np.zeros(1), compared=SimpleNamespace(inexact=inexact), candidates=())
+    fit.machine = lambda own: own
+    predictor = SimpleNamespace(amplitudes=lambda _: none[0])
+    problem: Any = SimpleNamespace(
+        baseline=SimpleNamespace(machine=None), predictor=predictor, lines=lines, around=lambda *_: compared
+    )
+    with pytest.raises(Stop):
+        held_out._given_fitted(fit, problem, [1])
+    assert seen == [inexact]
