@@ -45,8 +45,11 @@ def beside_unknown(
     fits: Sequence[Fit] = (),
     *,
     tell: Tell = lambda _: None,
-) -> list[Fit]:
+) -> tuple[list[Fit], list[Fit]]:
     """Return the effects that make one of the unknown orders, what others need being unknown; the best first.
+
+    And those that make it as well, but contradict another order: such an effect is not the cause as the catalogue has
+    it, but one by another law may be, so that what does make the order is not told.
 
     Parameters
     ----------
@@ -59,8 +62,9 @@ def beside_unknown(
         unknowns are taken up there.
     """
     found: dict[Candidate, Fit] = {}
+    unlike: dict[Candidate, Fit] = {}
     if len(unknown.kernels) < 2:
-        return []
+        return [], []
     phases = [k for k in unknown.kernels if problem.lines.kinds[k].phase]
     compared = problem.plain()
     for order in sorted(phases, key=lambda k: -unknown.gains[k])[:ORDERS]:
@@ -79,15 +83,14 @@ def beside_unknown(
             tried += [_taken_up(fit, problem, added, transfer, order) for fit in fits[:FOLLOWED]]
             others = frozenset(unknown.kernels) - {order}
             for fit in tried:
-                if fit is None or _contradicted(fit.response, compared, others):
-                    continue
-                if not shows_widely(fit.response, compared.lines, order):
+                if fit is None or not shows_widely(fit.response, compared.lines, order):
                     continue
                 fit = replace(fit, log_evidence=fit.log_evidence - cost, unknown_beside=others)
-                one = fit.candidates[0]
-                if one not in found or fit.log_evidence > found[one].log_evidence:
-                    found[one] = fit
-    return sorted(found.values(), key=lambda fit: -fit.log_evidence)
+                one, kept = fit.candidates[0], unlike if _contradicted(fit.response, compared, others) else found
+                if one not in kept or fit.log_evidence > kept[one].log_evidence:
+                    kept[one] = fit
+    best, contradicted = (sorted(kept.values(), key=lambda fit: -fit.log_evidence) for kept in (found, unlike))
+    return best, contradicted
 
 
 def _repeats(start: Start, problem: Problem) -> bool:

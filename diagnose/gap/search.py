@@ -151,10 +151,11 @@ def search(
     posterior = replace(_posterior(compared, none, fits, unknown, count, rest), opposed=opposed)
     if next(iter(posterior.probabilities)) != ("unknown",) or not unknown.kernels:
         return posterior
-    beside = beside_unknown(problem, screening, unknown, fits, tell=tell)
+    beside, unlike = beside_unknown(problem, screening, unknown, fits, tell=tell)
     if not beside:
         return posterior
-    return replace(_posterior(compared, none, (*fits, *beside), unknown, count, rest), opposed=opposed)
+    posterior = _posterior(compared, none, (*fits, *beside), unknown, count, rest, unlike)
+    return replace(posterior, opposed=opposed)
 
 
 def _explain(fits: list[Fit], chance: float) -> bool:
@@ -335,8 +336,12 @@ def _posterior(
     unknown: Unknown,
     effects: int,
     rest: Sequence[tuple[str, float]],
+    unlike: Sequence[Fit] = (),
 ) -> Posterior:
-    """Return the posterior; ``rest`` are names and evidence of effects that were only looked at."""
+    """Return the posterior; ``rest`` are names and evidence of effects that were only looked at.
+
+    Of effects beside something unknown, those of ``unlike`` contradict their law: what they explain is unknown.
+    """
     logs: dict[tuple[str, ...], list[float]] = {(): [none.log_evidence + math.log(PRIOR["none"])]}
     pairs = max(effects * (effects - 1) / 2, 1.0)
     for fit in fits:
@@ -348,6 +353,8 @@ def _posterior(
     logs["unknown",] = [unknown.log_evidence + math.log(PRIOR["unknown"])]
     # An effect at several places: the places share its prior.
     totals = {names: _log_sum(values) - math.log(len(values)) for names, values in logs.items()}
+    others = [fit.log_evidence + math.log(PRIOR["beside"] / effects) for fit in unlike]
+    totals["unknown",] = _log_sum([totals["unknown",], *others])
     within = within_its_law(fits, none, unknown.log_evidence, misfit=MISFIT)
     if within:
         totals["unknown",] = min(totals["unknown",], totals[within.names] - math.log(LESS_PROBABLE))
