@@ -277,7 +277,7 @@ def residual_error(current: Baseline, healthy: OrderLines) -> ModelError:
             chosen, growth = np.where(better, variance, chosen), np.where(better, exponent, growth)
     usual = np.maximum(model_error(current.lines) ** 2, _as_others(current, healthy, power, noise))
     usual = usual / np.exp(np.log(speeds).mean()) ** (2 * growth)
-    own_share = 0.0 if healthy.knees is None else OWN_SHARE
+    own_share = OWN_SHARE if healthy.spectrum_on_scale else 0.0
     found = ModelError(np.sqrt(np.maximum(chosen, usual)), growth, own_share=own_share)
     return replace(found, length=length_of(healthy.conditions, left, noise, found, parts))
 

@@ -194,8 +194,9 @@ def prepare(
     own = _predictor(healthy, campaign.baseline, ranges) if healthy else None
     if healthy and own and predictor.noise is not None and own.noise is not None:
         predictor = replace(predictor, noise=not_of_the_fault(predictor.noise, measured, own.noise, healthy))
-    if not predictor.repeats(machine):
-        knees = knees_of(every)
+    repeats = predictor.repeats(machine)
+    knees = knees_of(every, envelope_only=repeats)
+    if np.isfinite(knees).any():
         measured, predictor = on_scale(measured, knees), replace(predictor, knees=knees)
         healthy, own = healthy and on_scale(healthy, knees), own and replace(own, knees=knees)
     found = put_together(machine, measured, predictor, healthy, own, as_given=as_given, tell=tell)

@@ -117,6 +117,12 @@ class OrderLines:
         return phase_orders(self.orders, self.kinds)
 
     @property
+    def spectrum_on_scale(self) -> bool:
+        """Whether sizes in the spectrum, not only in the envelope, are on the scale: of machines that do not repeat."""
+        own = np.array([not kind.phase and not kind.envelope for kind in self.kinds])
+        return self.knees is not None and bool((np.isfinite(self.knees) & own).any())
+
+    @property
     def seen(self) -> np.ndarray:
         """Where a line can be seen, shape (conditions, probes, orders)."""
         return np.isfinite(self.deviations)

@@ -107,7 +107,7 @@ def told_by_more_than_one_size(pair: Fit, single: Fit) -> bool:
     Where sizes are on the scale (`size_scale.py`): a machine that does not repeat shows some line of some record far
     from any prediction, and some second effect makes it.
     """
-    if pair.compared is None or pair.compared.lines.knees is None:
+    if pair.compared is None or not pair.compared.lines.spectrum_on_scale:
         return True
     lines, factor = pair.compared.lines, pair.compared.factor
     left = [Widened(fit.law).standardised(fit.residual, factor) ** 2 / 2 for fit in (single, pair)]

@@ -1,5 +1,7 @@
 """Sizes on a logarithmic scale: a factor is a difference, small ones are themselves, and back; not of phases."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -30,6 +32,18 @@ def lines(sizes, deviations):
         np.stack([deviations, deviations], axis=-1)[:, None, :].astype(float),
         KINDS,
     )
+
+
+def test_of_a_machine_that_repeats_only_the_envelope_is_on_the_scale():
+    one = lines([1.0, 2.0], [0.3, 0.2])
+    beside = replace(one, kinds=(LineKind(), LineKind(phase=False)))
+    envelope = replace(one, kinds=(LineKind(), LineKind(phase=False, envelope=True)))
+    assert np.isinf(knees_of([beside], envelope_only=True)).all()
+    knees = knees_of([envelope], envelope_only=True)
+    assert np.isinf(knees[0, 0])
+    assert knees[0, 1] == pytest.approx(KNEE * 0.2)
+    assert not on_scale(envelope, knees).spectrum_on_scale
+    assert on_scale(beside, knees_of([beside])).spectrum_on_scale
 
 
 def test_the_knee_is_that_of_the_quietest_record_and_of_sizes_only():
