@@ -98,8 +98,9 @@ def settled(
     damping, doubt = DAMPING, math.inf if repeats else 1.0
     for count in range(MOST_STEPS if repeats else MOST_STEPS_IN_TIME):
         tell(f"calibration, step {count + 1}")
-        covariance = _covariance(current, healthy, np.maximum(error, size_error(current, healthy)))
-        doubt = max(min(_misfit(current, healthy, covariance), doubt / SURER), 1.0)
+        wide = np.maximum(error, size_error(current, healthy))
+        covariance = _covariance(current, healthy, wide)
+        doubt = max(min(misfit(current, healthy, wide), doubt / SURER), 1.0)
         trial, gained, damping = _step(current, machine, healthy, predictor, doubt * covariance, damping)
         if trial is not None:
             # Each slope of a machine that does not repeat is a simulation: the first ones have to do.
@@ -109,10 +110,10 @@ def settled(
     return current
 
 
-def _misfit(current: Baseline, lines: OrderLines, covariance: np.ndarray) -> float:
-    """Return the mean square of what a machine misses, in standard deviations."""
+def misfit(current: Baseline, lines: OrderLines, error: np.ndarray) -> float:
+    """Return the mean square of what a machine misses, in standard deviations of noise, model error and gains."""
     left = stacked(lines.amplitudes - current.lines, lines.parts)
-    return float(left @ np.linalg.solve(covariance, left)) / max(left.size, 1)
+    return float(left @ np.linalg.solve(_covariance(current, lines, error), left)) / max(left.size, 1)
 
 
 def _relinearised(current: Baseline, machine: Machine, predictor: Predictor) -> Baseline:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from ...simulators.machine import Machine
 from .baseline import Baseline
+from .calibration_starts import from_other_starts
 from .form_error import FormErrors, form_errors
 from .healthy_evidence import evidence, is_explained
 from .lines import OrderLines
@@ -79,6 +80,8 @@ def healthy_machine(
     able = predictor.repeats(machine) or as_given
     places = placings(machine, healthy, predictor, tell=tell) if able else []
     places = places or [placed_at(0.0, machine, (), healthy, predictor, tell=tell)]
+    nearest = max(places, key=lambda one: one.evidence)
+    places = [_calibrated_anew(one, healthy, predictor, tell) if one is nearest else one for one in places]
     best = _likeliest(places, grown, healthy)
     for _ in range(ROUNDS if able else 0):
         placed = best[0]
@@ -95,6 +98,13 @@ def healthy_machine(
     here = turned(healthy, placed.pulse_rad)
     errors = None if as_given else form_errors(placed.at_healthy, here, predictor, reference_rpm=reference_rpm)
     return HealthyMachine(placed.at_healthy, placed.pulse_rad, form, errors)
+
+
+def _calibrated_anew(placed: Placed, healthy: OrderLines, predictor: Predictor, tell: Callable[[str], None]) -> Placed:
+    """Return a place of the pulse with the machine calibrated from other starts, where it was not explained."""
+    here = turned(healthy, placed.pulse_rad)
+    found = from_other_starts(placed.at_healthy, placed.machine, here, predictor, tell=tell)
+    return replace(placed, at_healthy=found, evidence=evidence(found, here))
 
 
 def _likeliest(places: Sequence[Placed], grown: Callable[[Placed, float], _Grown], healthy: OrderLines) -> _Grown:

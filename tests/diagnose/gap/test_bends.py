@@ -8,21 +8,18 @@ from rotorwise.diagnose.gap.calibration import calibrated, residual_error
 from rotorwise.diagnose.gap.evidence import comparison
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
 from rotorwise.diagnose.gap.predict import Predictor
-from rotorwise.simulators.effects.residual_coupling_harmonic import ResidualCouplingHarmonic
 from rotorwise.simulators.machine import Machine, find_machine
 
 from .made_campaigns import altered
 
-#: 3X along the shaft passes a resonance of the rig on its mounts between the healthy speeds.
-PUSHED = find_machine("test_rig").with_effects(
-    ResidualCouplingHarmonic(order=3.0, x_cosine_n=0.0, axial_cosine_n=0.05, y_sine_n=0.05)
-)
-HEALTHY_RPM, BETWEEN_RPM = (1080.0, 1380.0, 1740.0, 2190.0, 2670.0, 3060.0), (1560.0, 2430.0, 2940.0)
-ORDERS, NOISE = (1.0, 2.0, 3.0), 1e-4
+#: The rotors pass a resonance on their supports near 2400 rpm, where no healthy recording was taken.
+GIVEN = find_machine("rigid_coupling")
+HEALTHY_RPM, BETWEEN_RPM = (1200.0, 1500.0, 3300.0, 3600.0), (2200.0, 2400.0, 2600.0)
+ORDERS, NOISE_M = (1.0, 2.0, 3.0), 1e-5
 
 
 def _predictor(speeds: tuple[float, ...]) -> Predictor:
-    probes = tuple(one.name for one in PUSHED.bare_assembly().probes if one.quantity == "acceleration")
+    probes = tuple(one.name for one in GIVEN.bare_assembly().probes if one.quantity == "displacement")
     conditions, count = tuple(Condition(speed) for speed in speeds), len(speeds)
     kinds = (LineKind(),) * len(ORDERS)
     return Predictor(conditions, probes, ORDERS, (5e3,) * count, (25_000,) * count, kinds, (0,) * len(ORDERS))
@@ -31,8 +28,8 @@ def _predictor(speeds: tuple[float, ...]) -> Predictor:
 def _lines(machine: Machine, speeds: tuple[float, ...], seed: int) -> OrderLines:
     predictor, generator = _predictor(speeds), np.random.default_rng(seed)
     lines = predictor.amplitudes(machine)
-    noise = NOISE * (generator.normal(size=lines.shape) + 1j * generator.normal(size=lines.shape))
-    return OrderLines(predictor.conditions, predictor.probes, ORDERS, lines + noise, np.full(lines.shape, NOISE))
+    noise = NOISE_M * (generator.normal(size=lines.shape) + 1j * generator.normal(size=lines.shape))
+    return OrderLines(predictor.conditions, predictor.probes, ORDERS, lines + noise, np.full(lines.shape, NOISE_M))
 
 
 def _misfits(seed: int) -> list[float]:
@@ -40,10 +37,10 @@ def _misfits(seed: int) -> list[float]:
 
     By its slopes alone, and with its bends.
     """
-    real = altered(PUSHED, share=0.06, seed=seed)
-    healthy, lines = _lines(real, HEALTHY_RPM, 3), _lines(real, BETWEEN_RPM, 4)
+    real = altered(GIVEN, share=0.06, seed=seed)
+    healthy, lines = _lines(real, HEALTHY_RPM, seed), _lines(real, BETWEEN_RPM, seed + 50)
     there, here = _predictor(HEALTHY_RPM), _predictor(BETWEEN_RPM)
-    plain = calibrated(PUSHED, healthy, there)
+    plain = calibrated(GIVEN, healthy, there)
     baseline = again(plain, plain.machine, here)
     bent = with_bends(plain, healthy, [(baseline, here), (plain, there)])
     sets = ((baseline, plain), bent)
@@ -51,14 +48,12 @@ def _misfits(seed: int) -> list[float]:
     return [float(np.mean(one.residual**2)) for one in found]
 
 
-def test_lines_near_a_resonance_that_no_healthy_speed_met_are_less_surprising() -> None:
-    # Of eight machines so made the slopes tell two wrongly; this is the first.
-    plain, bent = _misfits(2)
-    assert plain > 10
-    assert bent < 0.5 * plain
-
-
-def test_lines_that_the_slopes_tell_stay_as_certain() -> None:
-    plain, bent = _misfits(1)
-    assert plain < 1.5
-    assert bent == pytest.approx(plain, rel=0.1)
+def test_lines_near_a_resonance_that_no_healthy_speed_met_are_as_uncertain_as_is_said() -> None:
+    plain, bent = np.array([_misfits(seed) for seed in range(1, 9)]).T
+    # Slopes tell two of these eight wrongly, by far.
+    assert (plain > 5).sum() >= 2
+    # Of 72 reals: noise alone passes 1.5 in one machine of 250.
+    assert bent.max() < 1.5
+    told = plain < 1.2
+    assert told.sum() >= 3
+    assert bent[told] == pytest.approx(plain[told], rel=0.25)

@@ -1,0 +1,73 @@
+"""Calibration from other starts, where the one from the machine as given leaves lines unexplained.
+
+A resonance that lies at another speed than the model has it makes hills: steps by slopes fit its lines by damping it
+away, or by moving all else, and end there. Machines drawn at random from their prior have resonances elsewhere; from
+the few that come nearest, slopes lead on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ...simulators.machine import Machine
+from .baseline import Baseline, again, model_error, shifted
+from .calibration import misfit, settled
+from .healthy_evidence import is_explained
+from .lines import OrderLines
+from .predict import Predictor, UnpredictableError
+
+#: Machines drawn, of these the ones that steps are made from, and how wide they are drawn, in standard deviations of
+#: the prior: in so many dimensions whole ones are all far off.
+DRAWS, FOLLOWED, WIDTH = 128, 3, 0.7
+SEED = 2
+
+
+def from_other_starts(
+    found: Baseline,
+    machine: Machine,
+    healthy: OrderLines,
+    predictor: Predictor,
+    *,
+    tell: Callable[[str], None] = lambda _: None,
+) -> Baseline:
+    """Return the machine calibrated from another start that explains its lines; as it was found where none does.
+
+    Nor is another looked for where the lines are explained already, or where each start would be a simulation in time.
+    One that leaves lines unexplained may be on any hill: likelier, and far off between the healthy speeds.
+
+    Parameters
+    ----------
+    found : Baseline
+        The machine as calibrated from where it is given.
+    machine : Machine
+        As given.
+    healthy : OrderLines
+    predictor : Predictor
+        For their conditions.
+    """
+    if is_explained(found, healthy) or not predictor.repeats(machine):
+        return found
+    for number, one in enumerate(_nearest(found, machine, healthy, predictor)[:FOLLOWED]):
+        tell(f"calibration from another start, {number + 1}")
+        try:
+            other = settled(again(one, one.machine, predictor), machine, healthy, predictor)
+        except UnpredictableError:
+            continue
+        if is_explained(other, healthy):
+            return other
+    return found
+
+
+def _nearest(found: Baseline, machine: Machine, healthy: OrderLines, predictor: Predictor) -> list[Baseline]:
+    """Return machines drawn from the prior, those that miss least first; the slopes are not theirs."""
+    generator, drawn = np.random.default_rng(SEED), []
+    for _ in range(DRAWS):
+        move = WIDTH * generator.standard_normal(found.position.size)
+        try:
+            one = shifted(found, machine, found.given - found.position + np.where(found.active, move, 0.0), predictor)
+        except UnpredictableError:
+            continue
+        drawn.append((misfit(one, healthy, model_error(one.lines)), len(drawn), one))
+    return [one for _, _, one in sorted(drawn, key=lambda item: item[:2])]
