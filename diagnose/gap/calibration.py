@@ -99,21 +99,24 @@ def settled(
     for count in range(MOST_STEPS if repeats else MOST_STEPS_IN_TIME):
         tell(f"calibration, step {count + 1}")
         wide = np.maximum(error, size_error(current, healthy))
-        covariance = _covariance(current, healthy, wide)
-        doubt = max(min(misfit(current, healthy, wide), doubt / SURER), 1.0)
+        covariance = covariance_about(current, healthy, wide)
+        doubt = max(min(misfit(current, healthy, covariance), doubt / SURER), 1.0)
         trial, gained, damping = _step(current, machine, healthy, predictor, doubt * covariance, damping)
         if trial is not None:
             # Each slope of a machine that does not repeat is a simulation: the first ones have to do.
             current = _relinearised(trial, machine, predictor) if repeats else trial
+        else:
+            # Lines that are less doubted may lead on.
+            damping = DAMPING
         if doubt == 1.0 and gained < LEAST_GAIN:
             break
     return current
 
 
-def misfit(current: Baseline, lines: OrderLines, error: np.ndarray) -> float:
-    """Return the mean square of what a machine misses, in standard deviations of noise, model error and gains."""
+def misfit(current: Baseline, lines: OrderLines, covariance: np.ndarray) -> float:
+    """Return the mean square of what a machine misses, in standard deviations of a covariance of the stacked lines."""
     left = stacked(lines.amplitudes - current.lines, lines.parts)
-    return float(left @ np.linalg.solve(_covariance(current, lines, error), left)) / max(left.size, 1)
+    return float(left @ np.linalg.solve(covariance, left)) / max(left.size, 1)
 
 
 def _relinearised(current: Baseline, machine: Machine, predictor: Predictor) -> Baseline:
@@ -142,7 +145,7 @@ def settled_further(
     error, damping = residual_error(current, healthy), DAMPING
     for count in range(MOST_STEPS_IN_TIME):
         tell(f"calibration, last step {count + 1}")
-        covariance = _covariance(current, healthy, error)
+        covariance = covariance_about(current, healthy, error)
         trial, gained, damping = _step(current, machine, healthy, predictor, covariance, damping)
         if trial is None:
             break
@@ -233,7 +236,7 @@ def _slope(current: Baseline, lines: OrderLines, covariance: np.ndarray) -> tupl
 
 def objective(current: Baseline, lines: OrderLines, error: np.ndarray) -> float:
     """Return minus the logarithm of the posterior at the best gains, up to a constant."""
-    return _objective(current, lines, _covariance(current, lines, error))
+    return _objective(current, lines, covariance_about(current, lines, error))
 
 
 def _objective(current: Baseline, lines: OrderLines, covariance: np.ndarray) -> float:
@@ -243,7 +246,7 @@ def _objective(current: Baseline, lines: OrderLines, covariance: np.ndarray) -> 
     return 0.5 * float(left @ np.linalg.solve(covariance, left)) + 0.5 * float(outside @ outside)
 
 
-def _covariance(current: Baseline, lines: OrderLines, error: np.ndarray | ModelError) -> np.ndarray:
+def covariance_about(current: Baseline, lines: OrderLines, error: np.ndarray | ModelError) -> np.ndarray:
     """Return the covariance of the stacked lines about the machine's: noise, model error and the probes' gains."""
     own = len(current.coordinates)
     gains = stacked(current.slopes[own:], lines.parts)

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...simulators.machine import Machine
 from .baseline import Baseline, again, model_error, shifted
-from .calibration import misfit, settled
+from .calibration import covariance_about, misfit, settled
 from .healthy_evidence import is_explained
 from .lines import OrderLines
 from .predict import Predictor, UnpredictableError
@@ -69,5 +69,6 @@ def _nearest(found: Baseline, machine: Machine, healthy: OrderLines, predictor: 
             one = shifted(found, machine, found.given - found.position + np.where(found.active, move, 0.0), predictor)
         except UnpredictableError:
             continue
-        drawn.append((misfit(one, healthy, model_error(one.lines)), len(drawn), one))
+        covariance = covariance_about(one, healthy, model_error(one.lines))
+        drawn.append((misfit(one, healthy, covariance), len(drawn), one))
     return [one for _, _, one in sorted(drawn, key=lambda item: item[:2])]

@@ -351,10 +351,11 @@ def _posterior(
     for name, evidence in rest:
         logs.setdefault((name,), []).append(evidence + math.log(PRIOR["one"] / effects))
     logs["unknown",] = [unknown.log_evidence + math.log(PRIOR["unknown"])]
-    # An effect at several places: the places share its prior.
-    totals = {names: _log_sum(values) - math.log(len(values)) for names, values in logs.items()}
-    others = [fit.log_evidence + math.log(PRIOR["beside"] / effects) for fit in unlike]
-    totals["unknown",] = _log_sum([totals["unknown",], *others])
+    contradicting: dict[tuple[str, ...], list[float]] = {}
+    for fit in unlike:
+        contradicting.setdefault(fit.names, []).append(fit.log_evidence + math.log(PRIOR["beside"] / effects))
+    totals = {names: _shared(values) for names, values in logs.items()}
+    totals["unknown",] = _log_sum([totals["unknown",], *(_shared(values) for values in contradicting.values())])
     within = within_its_law(fits, none, unknown.log_evidence, misfit=MISFIT)
     if within:
         totals["unknown",] = min(totals["unknown",], totals[within.names] - math.log(LESS_PROBABLE))
@@ -376,6 +377,11 @@ def _posterior(
     probabilities = {names: math.exp(value - whole) for names, value in totals.items()}
     ordered = dict(sorted(probabilities.items(), key=lambda item: -item[1]))
     return Posterior(compared, none, fits, unknown, ordered, misfit)
+
+
+def _shared(values: Sequence[float]) -> float:
+    """Return the logarithm of what an effect at several places is worth: the places share its prior."""
+    return _log_sum(values) - math.log(len(values))
 
 
 def _log_sum(values: Sequence[float]) -> float:

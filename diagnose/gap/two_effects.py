@@ -104,8 +104,8 @@ def best_jointly(found: Sequence[Fit], problem: Problem, best: float, unknown: f
 def told_by_more_than_one_size(pair: Fit, single: Fit) -> bool:
     """Return whether a pair has clearly more evidence than one effect whatever a single line of one record shows.
 
-    Where sizes are on the scale (`size_scale.py`): a machine that does not repeat shows some line of some record far
-    from any prediction, and some second effect makes it.
+    Where sizes in the spectrum are on the scale (`size_scale.py`): a machine that does not repeat shows some line of
+    some record far from any prediction, and some second effect makes it.
     """
     if pair.compared is None or not pair.compared.lines.spectrum_on_scale:
         return True
