@@ -141,16 +141,12 @@ COMPETING = frozenset(("unbalance", "shaft_bow", "remounted_sensor"))
 
 def test_a_cause_is_found_beside_supports_that_follow_another_law(campaign: Campaign) -> None:
     answer = explain_gap(campaign, amb_rotor, only=COMPETING)
-    # The true cause is all that the machine as given is offered.
-    as_given = explain_gap(campaign, amb_rotor, only=frozenset(("unbalance",)), as_given=True)
-    assert as_given.form is None
     assert answer.form is not None
     assert answer.form.missed < 0.2 * answer.form.missed_before
     (cause,) = answer.causes
     assert (cause.effect, cause.at) == ("unbalance", "coupling_hub")
     moment = cause.parameters["moment_kg_m"]
     assert moment.low < 1e-4 < moment.high
-    assert answer.gain.held_out_db > as_given.gain.held_out_db + 3
     # The machine that is written has them, simulates, and the answer says so.
     assert "what the model lacks" in answer.remarks[0]
     terms = json.loads(json.dumps(as_json(answer)))["model_form"]["terms"]
