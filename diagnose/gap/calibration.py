@@ -89,6 +89,7 @@ def settled(
     healthy: OrderLines,
     predictor: Predictor,
     *,
+    most_steps: int = MOST_STEPS,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Baseline:
     """Return a linearised machine with its parameters where the healthy lines put them; see `calibrated`."""
@@ -96,7 +97,7 @@ def settled(
     error = np.maximum(model_error(current.lines), out_of_reach(current, healthy))
     # Where each slope is a simulation there are too few steps for that.
     damping, doubt = DAMPING, math.inf if repeats else 1.0
-    for count in range(MOST_STEPS if repeats else MOST_STEPS_IN_TIME):
+    for count in range(most_steps if repeats else MOST_STEPS_IN_TIME):
         tell(f"calibration, step {count + 1}")
         wide = np.maximum(error, size_error(current, healthy))
         covariance = covariance_about(current, healthy, wide)

@@ -21,6 +21,10 @@ from .predict import Predictor, UnpredictableError
 #: Machines drawn, of these the ones that steps are made from, and how wide they are drawn, in standard deviations of
 #: the prior: in so many dimensions whole ones are all far off.
 DRAWS, FOLLOWED, WIDTH = 128, 3, 0.7
+#: Steps from each, twice, as lines that are doubted anew lead off small hills; and the share of the first calibration's
+#: squared residual that the best must be below to go on: of 27 starts of nine rigs the eleven that explained the lines
+#: in the end were below 0.03 by then, and of the others ten above 0.15.
+FIRST_STEPS, ROUNDS, FAR_CLOSER = 4, 2, 0.1
 SEED = 2
 
 
@@ -49,15 +53,28 @@ def from_other_starts(
     """
     if is_explained(found, healthy) or not predictor.repeats(machine):
         return found
+    best, least = found, FAR_CLOSER * _missed(found, healthy)
     for number, one in enumerate(_nearest(found, machine, healthy, predictor)[:FOLLOWED]):
         tell(f"calibration from another start, {number + 1}")
         try:
-            other = settled(again(one, one.machine, predictor), machine, healthy, predictor)
+            other = again(one, one.machine, predictor)
         except UnpredictableError:
             continue
+        for _ in range(ROUNDS):
+            other = settled(other, machine, healthy, predictor, most_steps=FIRST_STEPS)
         if is_explained(other, healthy):
             return other
-    return found
+        missed = _missed(other, healthy)
+        best, least = (other, missed) if missed < least else (best, least)
+    if best is found:
+        return found
+    other = settled(best, machine, healthy, predictor)
+    return other if is_explained(other, healthy) else found
+
+
+def _missed(one: Baseline, healthy: OrderLines) -> float:
+    """Return the mean square of what a machine misses, in parts of what any may miss before a line is seen."""
+    return misfit(one, healthy, covariance_about(one, healthy, model_error(one.lines)))
 
 
 def _nearest(found: Baseline, machine: Machine, healthy: OrderLines, predictor: Predictor) -> list[Baseline]:
@@ -69,6 +86,5 @@ def _nearest(found: Baseline, machine: Machine, healthy: OrderLines, predictor: 
             one = shifted(found, machine, found.given - found.position + np.where(found.active, move, 0.0), predictor)
         except UnpredictableError:
             continue
-        covariance = covariance_about(one, healthy, model_error(one.lines))
-        drawn.append((misfit(one, healthy, covariance), len(drawn), one))
+        drawn.append((_missed(one, healthy), len(drawn), one))
     return [one for _, _, one in sorted(drawn, key=lambda item: item[:2])]

@@ -45,8 +45,11 @@ def test_a_machine_on_another_hill_is_found() -> None:
     assert is_explained(from_other_starts(first, PUSHED, healthy, predictor), healthy)
 
 
-@pytest.mark.parametrize("explains", [True, False])
-def test_where_no_start_explains_the_lines_the_calibration_stays_as_it_was(monkeypatch, explains) -> None:
+@pytest.mark.parametrize(("explains", "missed", "settled"), [(True, 1.0, 2), (False, 0.9, 6), (False, 0.01, 7)])
+def test_where_no_start_explains_the_lines_the_calibration_stays_as_it_was(
+    monkeypatch, explains, missed, settled
+) -> None:
+    # One that comes far closer goes on, and counts for nothing if that explains nothing.
     predictor, machine = _predictor(), find_machine("test_rig")
     given = start(machine, replace(predictor, conditions=predictor.conditions[:2]))
     other: Any = SimpleNamespace(machine=machine)
@@ -55,6 +58,7 @@ def test_where_no_start_explains_the_lines_the_calibration_stays_as_it_was(monke
     tried = []
     monkeypatch.setattr(calibration_starts, "settled", lambda *_, **__: tried.append(1) or other)
     monkeypatch.setattr(calibration_starts, "is_explained", lambda one, _: one is other and explains)
+    monkeypatch.setattr(calibration_starts, "_missed", lambda one, _: missed if one is other else 1.0)
     lines: Any = None
     assert from_other_starts(given, machine, lines, predictor) is (other if explains else given)
-    assert len(tried) == (1 if explains else calibration_starts.FOLLOWED)
+    assert len(tried) == settled
