@@ -202,6 +202,13 @@ def widened_by(baseline: Baseline, errors: np.ndarray) -> Baseline:
     )
 
 
+def without_further(baseline: Baseline) -> Baseline:
+    """Return the baseline without what `widened_by` has added."""
+    kept = len(baseline.slopes) - len(baseline.further)
+    parts = {name: getattr(baseline, name)[:kept] for name in ("slopes", "prior", "prior_mean", "drift")}
+    return replace(baseline, **parts)
+
+
 def _drift(coordinate: Coordinate, position: float) -> float:
     """Return the change of a coordinate that is a relative change of `DRIFT` of its parameter (radians of an angle)."""
     slope = (coordinate.value(position + STEP) - coordinate.value(position - STEP)) / (2 * STEP)

@@ -60,8 +60,10 @@ LARGEST = 100.0
 def checked(prepared: Prepared, posterior: Posterior) -> tuple[Posterior, tuple[str, ...]]:
     """Return the posterior after a look at the held-out conditions, and remarks on what that has changed."""
     leading = next(iter(posterior.probabilities))
-    if not prepared.held_out or leading == ("unknown",):
+    if not prepared.held_out:
         return posterior, ()
+    if leading == ("unknown",):
+        return _form_not_known(posterior, prepared)
     fits: dict[Names, Fit] = {}
     for fit in (*posterior.fits, posterior.none):
         fits.setdefault(fit.names, fit)
@@ -86,6 +88,19 @@ def checked(prepared: Prepared, posterior: Posterior) -> tuple[Posterior, tuple[
             f"In the held-out conditions lines stand out that {said} does not make: something else acts there.",
         )
     return levelled, remarks
+
+
+def _form_not_known(posterior: Posterior, prepared: Prepared) -> tuple[Posterior, tuple[str, ...]]:
+    """Return the posterior in which something unknown gives way to nothing, where that may be the machine's own form.
+
+    How well the model describes the healthy machine only healthy recordings say. Without these, what is merely likelier
+    than noise, where noise would do, is no news of a fault.
+    """
+    if prepared.healthy is not None:
+        return posterior, ()
+    none = predicted(posterior.none, prepared)
+    seen = replace(posterior, held_out={(): none} if none else {})
+    return _as_nothing(seen, ("unknown",), _FORM) if _needs_nothing(seen) else (posterior, ())
 
 
 def predicted(fit: Fit, prepared: Prepared, *, moves: int = 0) -> Predicted | None:
@@ -241,15 +256,23 @@ def _needs_nothing(seen: Posterior) -> bool:
     return there is not None and there.chance > MISFIT and chance_of_residual(seen.none) > GOOD
 
 
-def _as_nothing(seen: Posterior, leading: Names) -> tuple[Posterior, tuple[str, ...]]:
+_NO_NEARER = (
+    "{} makes the fitted lines likelier, but the held-out conditions are predicted no better with it, and without any "
+    "effect only noise is left: no name."
+)
+_FORM = (
+    "{} would make the lines likelier, but without any effect only noise is left, and no recording shows how well the "
+    "model describes this machine when it is healthy: nothing is claimed. Recordings of the healthy machine "
+    "(--baseline) would tell."
+)
+
+
+def _as_nothing(seen: Posterior, leading: Names, text: str = _NO_NEARER) -> tuple[Posterior, tuple[str, ...]]:
     """Return the posterior in which nothing at all takes the place of the leading hypothesis, and the remark."""
     shares = dict(seen.probabilities)
     shares[()] = shares.get((), 0.0) + shares.pop(leading)
-    said = _said(leading)
-    return _with(seen, shares), (
-        f"{said[0].upper()}{said[1:]} makes the fitted lines likelier, but the held-out conditions are predicted no "
-        "better with it, and without any effect only noise is left: no name.",
-    )
+    said = "Something unknown" if leading == ("unknown",) else _said(leading)
+    return _with(seen, shares), (text.format(f"{said[0].upper()}{said[1:]}"),)
 
 
 def _others_stand_out(seen: Predicted | None) -> bool:

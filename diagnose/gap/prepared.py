@@ -8,9 +8,18 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ...simulators.machine import Machine
-from .baseline import ERROR_LENGTH_SPEED, Baseline, ModelError, again, model_error
+from .baseline import (
+    ERROR_LENGTH_SPEED,
+    Baseline,
+    ModelError,
+    again,
+    model_error,
+    start,
+    widened_by,
+    without_further,
+)
 from .bends import with_bends
-from .calibration import calibrated, residual_error, settled_further
+from .calibration import residual_error, settled, settled_further
 from .evidence import Problem
 from .form_error import FormErrors
 from .healthy_machine import healthy_machine
@@ -18,6 +27,7 @@ from .lines import OrderLines
 from .model_form import Extended
 from .predict import Predictor, UnpredictableError
 from .pulse_place import turned
+from .pulse_unseen import UNSEEN, pulse_elsewhere
 from .struck_rhythm import Spectrum
 from .transfer_error import TransferError, learnt, none_of
 
@@ -25,6 +35,9 @@ from .transfer_error import TransferError, learnt, none_of
 CONDITIONS_TO_HOLD_OUT = 4
 #: Relative change of any line from one run of the same machine to the next, its speed and temperature nearly the same.
 REPEATABILITY = 0.005
+
+#: How exactly the tacho's pulse is put at the machine's zero, one standard deviation.
+PULSE_RAD = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,23 +136,29 @@ def put_together(
     """
     held_out = _held_out(measured)
     fitted = tuple(i for i in range(len(measured.conditions)) if i not in held_out)
-    found = None
+    found, pulse_rad = None, 0.0
     if healthy and healthy_predictor:
         highest = max(one.speed_rpm for one in (*measured.conditions, *healthy.conditions))
         found = healthy_machine(
             machine, healthy, healthy_predictor, reference_rpm=highest, as_given=as_given, tell=tell
         )
-        measured, healthy = turned(measured, found.pulse_rad), turned(healthy, found.pulse_rad)
+        pulse_rad = found.pulse_rad
+        measured, healthy = turned(measured, pulse_rad), turned(healthy, pulse_rad)
         at_calibration = settled_further(found.at_healthy, healthy, healthy_predictor, tell=tell)
     else:
-        at_calibration = calibrated(machine, measured.select(fitted), predictor.select(fitted), tell=tell)
+        at_calibration, pulse_rad = _on_lines_to_explain(
+            machine, measured.select(fitted), predictor.select(fitted), tell=tell
+        )
+        measured = turned(measured, pulse_rad)
     baseline = again(at_calibration, at_calibration.machine, predictor)
+    if not healthy:
+        baseline = _pulse_doubted(baseline, predictor)
     if found and found.errors and healthy_predictor:
         baseline, at_calibration = _doubted(found.errors, baseline, predictor, at_calibration, healthy_predictor)
     if healthy and healthy_predictor and predictor.repeats(at_calibration.machine):
         both = [(baseline, predictor), (at_calibration, healthy_predictor)]
         baseline, at_calibration = with_bends(at_calibration, healthy, both)
-    error = residual_error(at_calibration, healthy) if healthy else model_error(at_calibration.lines)
+    error = residual_error(at_calibration, healthy) if healthy else UNSEEN * model_error(at_calibration.lines)
     length = error.length if isinstance(error, ModelError) else ERROR_LENGTH_SPEED
     probes = machine.bare_assembly().probes
     return Prepared(
@@ -153,9 +172,26 @@ def put_together(
         at_healthy=at_calibration if healthy else None,
         error=error,
         transfer=learnt(at_calibration, healthy, probes, length=length) if healthy else none_of(measured),
-        pulse_rad=found.pulse_rad if found else 0.0,
+        pulse_rad=pulse_rad,
         form=found.form if found else None,
     )
+
+
+def _on_lines_to_explain(
+    machine: Machine, lines: OrderLines, predictor: Predictor, *, tell: Callable[[str], None]
+) -> tuple[Baseline, float]:
+    """Return the machine calibrated on the lines to explain, no healthy ones being there, and the pulse's angle."""
+    begin = _pulse_doubted(start(machine, predictor, tell=tell), predictor)
+    found, pulse_rad = pulse_elsewhere(
+        settled(begin, machine, lines, predictor, tell=tell), machine, lines, predictor, tell=tell
+    )
+    return without_further(found), pulse_rad
+
+
+def _pulse_doubted(baseline: Baseline, predictor: Predictor) -> Baseline:
+    """Return a machine whose pulse may come a little before or after its zero, which no healthy recording shows."""
+    tied = np.array([one.tied for one in predictor.conditions])[:, None, None]
+    return widened_by(baseline, PULSE_RAD * 1j * predictor.phase_orders * np.where(tied, baseline.lines, 0.0)[None])
 
 
 def _doubted(

@@ -85,14 +85,14 @@ def placings(
     if is_explained(plain.at_healthy, healthy):
         return [plain]
     found, given = [plain], predictor.amplitudes(machine)
-    angle = _best_angle(healthy, given)
+    angle = best_angle(healthy, given)
     if _agreement(healthy, given, np.array([angle, 0.0])) @ [1, -1] >= CLEARLY:
         best = plain
         for _ in range(ROUNDS):
             other = placed_at(angle, machine, (), healthy, predictor, tell=tell)
             if not is_better(other, best):
                 break
-            best, angle = other, _best_angle(healthy, other.at_healthy.lines)
+            best, angle = other, best_angle(healthy, other.at_healthy.lines)
         found += [best] if best is not plain else []
     own = own_unbalance(machine, predictor)
     if own is not None and (own.angle.prior is None or Coordinate(own.angle).is_angle):
@@ -146,7 +146,8 @@ def _turned(lines: OrderLines, angles: np.ndarray) -> np.ndarray:
     return lines.amplitudes * np.where(tied, factor, 1.0)
 
 
-def _best_angle(lines: OrderLines, expected: np.ndarray) -> float:
+def best_angle(lines: OrderLines, expected: np.ndarray) -> float:
+    """Return the angle (rad) by which lines have to be turned to agree best with others, (conditions, probes, orders)."""
     rough = ANGLES[np.argmax(_agreement(lines, expected, ANGLES))] + NEARER
     return float(rough[np.argmax(_agreement(lines, expected, rough))])
 

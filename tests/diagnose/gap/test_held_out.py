@@ -57,6 +57,7 @@ def _after(
     all_chance: float = 1.0,
     evidences: dict[tuple[str, ...], float] | None = None,
     repeats: bool = True,
+    healthy: bool = True,
 ) -> tuple[Posterior, tuple[str, ...]]:
     logs = dict.fromkeys(shares, 0.0) | (evidences or {})
     fits: Any = [SimpleNamespace(names=one, log_evidence=logs[one]) for one in shares if one and one != UNKNOWN]
@@ -74,7 +75,8 @@ def _after(
     own = gains or dict.fromkeys(shares, 10.0)
     monkeypatch.setattr(held_out, "predicted_db", lambda fits, _: [own[fit.names] for fit in fits])
     predictor = SimpleNamespace(repeats=lambda machine: repeats)
-    prepared: Any = SimpleNamespace(held_out=(1,), predictor=predictor, baseline=SimpleNamespace(machine=None))
+    baseline, known = SimpleNamespace(machine=None), object() if healthy else None
+    prepared: Any = SimpleNamespace(held_out=(1,), predictor=predictor, baseline=baseline, healthy=known)
     return checked(prepared, posterior)
 
 
@@ -256,3 +258,16 @@ def test_a_law_is_as_exact_in_the_held_out_conditions_as_in_the_fitted_ones(monk
     with pytest.raises(Stop):
         held_out._given_fitted(fit, problem, [1])
     assert seen == [inexact]
+
+
+@pytest.mark.parametrize("healthy", [True, False])
+@pytest.mark.parametrize("left", [0.5, 1e-6])
+def test_without_healthy_recordings_something_unknown_is_claimed_only_where_noise_does_not_do(
+    monkeypatch, healthy, left
+):
+    shares = {UNKNOWN: 0.98, LEFT: 0.015, (): 0.005}
+    monkeypatch.setattr(held_out, "chance_of_residual", lambda _: left)
+    found, remarks = _after(monkeypatch, shares, {(): 0.0}, healthy=healthy)
+    noise_does = not healthy and left > 0.1
+    assert judged(found.probabilities)[0] == ("none" if noise_does else "unknown")
+    assert [("Recordings of the healthy machine" in one) for one in remarks] == ([True] if noise_does else [])

@@ -1,0 +1,55 @@
+"""Without healthy recordings: a tacho's pulse elsewhere than at the model's zero is no fault of the machine."""
+
+import numpy as np
+import pytest
+from rotorwise.diagnose.gap.explain_lines import explain_lines
+from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
+from rotorwise.diagnose.gap.predict import Predictor
+from rotorwise.diagnose.gap.result import GapResult
+from rotorwise.simulators.effects.unbalance import Unbalance
+from rotorwise.simulators.machine import Machine, find_machine
+
+from .made_campaigns import altered
+
+ORDERS, NOISE = (1.0, 2.0, 3.0), 1e-3
+SPEEDS_RPM = {
+    "amb_rotor": (1100.0, 1500.0, 1900.0, 2500.0, 3000.0, 3500.0),
+    "rigid_coupling": (600.0, 800.0, 1000.0, 1300.0, 1500.0, 1700.0),
+}
+COMPETING = frozenset(("unbalance", "shaft_bow", "coupling_misalignment", "rotating_coupling_force"))
+HIDDEN = Unbalance(at="rotor_2", moment_kg_m=8e-3, angle_rad=0.8)
+
+
+def _explained(given: Machine, real: Machine, pulse_rad: float) -> GapResult:
+    """Return the answer to the lines of a machine whose pulse comes when it has turned by an angle."""
+    probes = tuple(one.name for one in given.bare_assembly().probes if one.direction != "torsion")
+    conditions = tuple(Condition(speed) for speed in SPEEDS_RPM[given.name])
+    count, kinds = len(conditions), (LineKind(),) * len(ORDERS)
+    predictor = Predictor(conditions, probes, ORDERS, (2048.0,) * count, (8192,) * count, kinds, (0,) * len(ORDERS))
+    lines = predictor.amplitudes(real) * np.exp(1j * pulse_rad * np.array(ORDERS))
+    size, generator = NOISE * np.abs(lines).max(), np.random.default_rng(1)
+    noise = size * (generator.normal(size=lines.shape) + 1j * generator.normal(size=lines.shape))
+    table = OrderLines(conditions, probes, ORDERS, lines + noise, np.full(lines.shape, size), kinds)
+    return explain_lines(table, given, only=COMPETING, rate_hz=2048.0, duration_s=4.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "pulse_rad"), [("rigid_coupling", 2.0), ("rigid_coupling", 0.3), ("amb_rotor", 2.0), ("amb_rotor", 0.1)]
+)
+def test_a_sound_machine_lacks_nothing_wherever_its_pulse_is(name, pulse_rad):
+    given = find_machine(name)
+    answer = _explained(given, altered(given, share=0.02, seed=1), pulse_rad)
+    assert answer.kind == "none"
+    # One that is off by a few degrees needs no words: no mark is put more exactly.
+    said = "If the tacho's pulse comes when the model has turned by"
+    assert any(said in one for one in answer.remarks) == (pulse_rad > 0.2)
+
+
+def test_what_a_pulse_elsewhere_does_not_explain_is_found():
+    given = find_machine("rigid_coupling")
+    answer = _explained(given, altered(given, share=0.02, seed=1).with_effects(HIDDEN), 0.0)
+    (cause,) = answer.causes
+    assert (cause.effect, cause.at) == ("unbalance", "rotor_2")
+    moment, angle = cause.parameters["moment_kg_m"], cause.parameters["angle_rad"]
+    assert moment.low < HIDDEN.moment_kg_m < moment.high
+    assert angle.low < HIDDEN.angle_rad < angle.high
