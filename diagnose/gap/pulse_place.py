@@ -147,7 +147,7 @@ def _turned(lines: OrderLines, angles: np.ndarray) -> np.ndarray:
 
 
 def best_angle(lines: OrderLines, expected: np.ndarray) -> float:
-    """Return the angle (rad) by which lines have to be turned to agree best with others, (conditions, probes, orders)."""
+    """Return the angle (rad) by which lines have to be turned to agree best with other amplitudes of their shape."""
     rough = ANGLES[np.argmax(_agreement(lines, expected, ANGLES))] + NEARER
     return float(rough[np.argmax(_agreement(lines, expected, rough))])
 
