@@ -58,7 +58,8 @@ def measured_gain(
     """
     held_out = prepared.held_out or prepared.fitted
     problem = prepared.problem(held_out)
-    calibrated = problem.plain().expected
+    plain = problem.plain().expected
+    calibrated = problem.predictor.amplitudes(prepared.calibrated) if prepared.calibrated else plain
     given = residual_power(problem, problem.predictor.amplitudes(machine))
     added = tuple(as_effect(one) for one in forces)
     # Of the machine that is written: where nothing is named and nothing added, that is the calibrated one.
@@ -72,7 +73,7 @@ def measured_gain(
         held_out_db=_db(given, residual_power(problem, explained(best, problem, further=added))),
         calibration_only_db=_db(given, residual_power(problem, calibrated)),
         wrong_effect_db=(_db(given, residual_power(problem, explained(others[0], problem))) if others else math.nan),
-        smooth_function_db=_db(given, residual_power(problem, calibrated + _smooth(prepared, held_out, parameters))),
+        smooth_function_db=_db(given, residual_power(problem, plain + _smooth(prepared, held_out, parameters))),
         held_out=prepared.held_out,
     )
 

@@ -19,7 +19,7 @@ from .baseline import (
     without_further,
 )
 from .bends import with_bends
-from .calibration import residual_error, settled, settled_further
+from .calibration import residual_error, settled_further
 from .evidence import Problem
 from .form_error import FormErrors
 from .healthy_machine import healthy_machine
@@ -27,9 +27,9 @@ from .lines import OrderLines
 from .model_form import Extended
 from .predict import Predictor, UnpredictableError
 from .pulse_place import turned
-from .pulse_unseen import UNSEEN, pulse_elsewhere
 from .struck_rhythm import Spectrum
 from .transfer_error import TransferError, learnt, none_of
+from .without_healthy import UNSEEN, on_lines_to_explain
 
 #: From so many conditions on, a part of them is held out.
 CONDITIONS_TO_HOLD_OUT = 4
@@ -69,6 +69,8 @@ class Prepared:
         Angle of the machine at the tacho's pulse: the lines' phases are counted from the machine's zero.
     form : Extended or None
         What the healthy recordings say that the model lacks; None where that was not looked for.
+    calibrated : Machine or None
+        Without healthy recordings: by the lines to explain alone, which any cause has a part in.
     envelopes : tuple of Spectrum
         What stands out of the envelopes of the recordings to explain; empty where only lines are known.
     mended : bool
@@ -90,6 +92,7 @@ class Prepared:
     found_lines: tuple[tuple[float, float], ...] = ()
     pulse_rad: float = 0.0
     form: Extended | None = None
+    calibrated: Machine | None = None
     envelopes: tuple[Spectrum, ...] = ()
     mended: bool = False
 
@@ -136,7 +139,7 @@ def put_together(
     """
     held_out = _held_out(measured)
     fitted = tuple(i for i in range(len(measured.conditions)) if i not in held_out)
-    found, pulse_rad = None, 0.0
+    found, pulse_rad, calibrated = None, 0.0, None
     if healthy and healthy_predictor:
         highest = max(one.speed_rpm for one in (*measured.conditions, *healthy.conditions))
         found = healthy_machine(
@@ -146,10 +149,11 @@ def put_together(
         measured, healthy = turned(measured, pulse_rad), turned(healthy, pulse_rad)
         at_calibration = settled_further(found.at_healthy, healthy, healthy_predictor, tell=tell)
     else:
-        at_calibration, pulse_rad = _on_lines_to_explain(
-            machine, measured.select(fitted), predictor.select(fitted), tell=tell
-        )
-        measured = turned(measured, pulse_rad)
+        part = predictor.select(fitted)
+        given = _pulse_doubted(start(machine, part, tell=tell), part)
+        by_lines = on_lines_to_explain(given, machine, measured.select(fitted), part, tell=tell)
+        at_calibration, pulse_rad = without_further(by_lines.machine), by_lines.pulse_rad
+        measured, calibrated = turned(measured, pulse_rad), by_lines.calibrated
     baseline = again(at_calibration, at_calibration.machine, predictor)
     if not healthy:
         baseline = _pulse_doubted(baseline, predictor)
@@ -173,19 +177,9 @@ def put_together(
         error=error,
         transfer=learnt(at_calibration, healthy, probes, length=length) if healthy else none_of(measured),
         pulse_rad=pulse_rad,
+        calibrated=calibrated,
         form=found.form if found else None,
     )
-
-
-def _on_lines_to_explain(
-    machine: Machine, lines: OrderLines, predictor: Predictor, *, tell: Callable[[str], None]
-) -> tuple[Baseline, float]:
-    """Return the machine calibrated on the lines to explain, no healthy ones being there, and the pulse's angle."""
-    begin = _pulse_doubted(start(machine, predictor, tell=tell), predictor)
-    found, pulse_rad = pulse_elsewhere(
-        settled(begin, machine, lines, predictor, tell=tell), machine, lines, predictor, tell=tell
-    )
-    return without_further(found), pulse_rad
 
 
 def _pulse_doubted(baseline: Baseline, predictor: Predictor) -> Baseline:

@@ -1,19 +1,22 @@
-"""The tacho's pulse where no healthy recording tells its place: elsewhere, if that alone explains all lines.
+"""The machine and its tacho's pulse where only the lines to explain are there, and no healthy recording.
 
 Taken to be at the machine's zero, a pulse that is not turns the machine's own lines, and an unbalance that turns them
 back would be named on a sound machine. Where the machine with the pulse at another angle misses nothing, nothing is
-claimed: an unbalance of its own that points elsewhere looks the same.
+claimed: an unbalance of its own that points elsewhere looks the same. Where the machine by itself explains the lines at
+no angle, its parameters, calibrated all the same, would make up for what is to be found: it is then taken as given.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...simulators.machine import Machine
 from .baseline import Baseline
+from .calibration import settled
 from .healthy_evidence import WITHIN, whitened
 from .lines import OrderLines
 from .predict import Predictor
@@ -25,41 +28,61 @@ UNSEEN = 3.6
 ROUNDS = 2
 
 
-def pulse_elsewhere(
-    found: Baseline,
+@dataclass(frozen=True, eq=False)
+class OnLines:
+    """The machine by the lines to explain alone.
+
+    Attributes
+    ----------
+    machine : Baseline
+        To look for causes beside.
+    pulse_rad : float
+        Angle by which the machine has turned when the tacho's pulse comes.
+    calibrated : Machine
+        With its parameters where they explain most without any cause.
+    """
+
+    machine: Baseline
+    pulse_rad: float
+    calibrated: Machine
+
+
+def on_lines_to_explain(
+    given: Baseline,
     machine: Machine,
     lines: OrderLines,
     predictor: Predictor,
     *,
     tell: Callable[[str], None] = lambda _: None,
-) -> tuple[Baseline, float]:
-    """Return the machine calibrated with the pulse at another angle (rad), where it explains all lines then.
+) -> OnLines:
+    """Return the machine calibrated on the lines where it explains them, with the pulse where it does.
 
-    As it was, with 0, where it explains them as well, or with no pulse elsewhere, or where each try is a simulation.
+    Else as given; and calibrated, the pulse at the machine's zero, where each try is a simulation.
 
     Parameters
     ----------
-    found : Baseline
-        Calibrated on the lines with the pulse at the machine's zero.
+    given : Baseline
+        The machine as given, linearised.
     machine : Machine
         As given.
     lines : OrderLines
     predictor : Predictor
         For their conditions.
     """
-    able = predictor.repeats(machine) and all(one.tied for one in lines.conditions)
-    if not able:
-        return found, 0.0
+    found = settled(given, machine, lines, predictor, tell=tell)
+    if not predictor.repeats(machine):
+        return OnLines(found, 0.0, found.machine)
     _, white, straight = whitened(found, lines, UNSEEN)
-    least = straight + PLACE_GAIN if _is_noise(white) else -math.inf
+    explained = _is_noise(white)
+    least = straight + PLACE_GAIN if explained else -math.inf
     angle = best_angle(lines, predictor.amplitudes(machine))
-    for _ in range(ROUNDS):
+    for _ in range(ROUNDS if all(one.tied for one in lines.conditions) else 0):
         other = placed_at(angle, machine, (), lines, predictor, tell=tell).at_healthy
         _, white, density = whitened(other, turned(lines, angle), UNSEEN)
         if _is_noise(white) and density > least:
-            return other, math.remainder(angle, 2 * math.pi)
+            return OnLines(other, math.remainder(angle, 2 * math.pi), other.machine)
         angle = best_angle(lines, other.lines)
-    return found, 0.0
+    return OnLines(found if explained else given, 0.0, found.machine)
 
 
 def _is_noise(white: np.ndarray) -> bool:
