@@ -19,7 +19,7 @@ from .first_look import explainable, reach
 from .force_kernels import force_kernels
 from .found_lines import found_lines
 from .gain import measured_gain, useful_forces
-from .held_out import checked
+from .held_out import checked, with_pulse_elsewhere
 from .hypotheses import Candidate, candidates
 from .lines import OrderLines, turned_to_reference
 from .lost_samples import mended
@@ -126,10 +126,11 @@ def explained(
     posterior = search(problem, screening, kernels, tell=tell)
     tell("measuring the gain")
     posterior, withdrawn = checked(prepared, posterior)
+    posterior, elsewhere = with_pulse_elsewhere(prepared, posterior)
     forces, remarks = useful_forces(prepared, posterior)
     gain = measured_gain(machine, prepared, posterior, forces)
     remarks += heard_beside(rhythms, machine, prepared.envelopes, next(iter(posterior.probabilities)))
-    return told(machine, prepared, posterior, not_compared, gain, forces, (*withdrawn, *remarks))
+    return told(machine, prepared, posterior, not_compared, gain, forces, (*withdrawn, *elsewhere, *remarks))
 
 
 def _competing(

@@ -53,6 +53,8 @@ HOPELESS, MADE_BY_OTHER = 50.0, 0.1
 AHEAD = 1e-6
 #: Starts about a fit, so many of its standard deviations wide.
 STARTS_NEAR, WIDER = 6, 2.0
+#: Probability that a pulse is elsewhere than at the model's zero, where that explains all and nobody knows.
+ELSEWHERE = 0.45
 #: A logarithm of a ratio that is as good as certain, and no overflow.
 LARGEST = 100.0
 
@@ -101,6 +103,22 @@ def _form_not_known(posterior: Posterior, prepared: Prepared) -> tuple[Posterior
     none = predicted(posterior.none, prepared)
     seen = replace(posterior, held_out={(): none} if none else {})
     return _as_nothing(seen, ("unknown",), _FORM) if _needs_nothing(seen) else (posterior, ())
+
+
+def with_pulse_elsewhere(prepared: Prepared, posterior: Posterior) -> tuple[Posterior, tuple[str, ...]]:
+    """Return the posterior where the tacho's pulse at another angle would explain all lines, and the remark.
+
+    Without healthy recordings a cause is then hardly more likely; something unknown is not claimed.
+    """
+    leading = next(iter(posterior.probabilities))
+    if not prepared.elsewhere_rad or not leading:
+        return posterior, ()
+    text = _ELSEWHERE.format(math.degrees(prepared.elsewhere_rad))
+    if "unknown" in leading:
+        return _as_nothing(posterior, leading, text)
+    shares = {names: (1 - ELSEWHERE) * share for names, share in posterior.probabilities.items()}
+    shares[()] = shares.get((), 0.0) + ELSEWHERE
+    return _with(posterior, shares), (text,)
 
 
 def predicted(fit: Fit, prepared: Prepared, *, moves: int = 0) -> Predicted | None:
@@ -264,6 +282,13 @@ _FORM = (
     "{} would make the lines likelier, but without any effect only noise is left, and no recording shows how well the "
     "model describes this machine when it is healthy: nothing is claimed. Recordings of the healthy machine "
     "(--baseline) would tell."
+)
+
+
+_ELSEWHERE = (
+    "If the tacho's pulse comes when the model has turned by {:.0f} deg, and not at its zero, the machine by itself "
+    "explains all lines and nothing is wrong. Look where the mark is, or give recordings of the healthy machine "
+    "(--baseline)."
 )
 
 

@@ -71,6 +71,8 @@ class Prepared:
         What the healthy recordings say that the model lacks; None where that was not looked for.
     calibrated : Machine or None
         Without healthy recordings: by the lines to explain alone, which any cause has a part in.
+    elsewhere_rad : float
+        Without healthy recordings: where the pulse would be if the machine as given explains all lines; else 0.
     envelopes : tuple of Spectrum
         What stands out of the envelopes of the recordings to explain; empty where only lines are known.
     mended : bool
@@ -93,6 +95,7 @@ class Prepared:
     pulse_rad: float = 0.0
     form: Extended | None = None
     calibrated: Machine | None = None
+    elsewhere_rad: float = 0.0
     envelopes: tuple[Spectrum, ...] = ()
     mended: bool = False
 
@@ -139,7 +142,7 @@ def put_together(
     """
     held_out = _held_out(measured)
     fitted = tuple(i for i in range(len(measured.conditions)) if i not in held_out)
-    found, pulse_rad, calibrated = None, 0.0, None
+    found, pulse_rad, elsewhere_rad, calibrated = None, 0.0, 0.0, None
     if healthy and healthy_predictor:
         highest = max(one.speed_rpm for one in (*measured.conditions, *healthy.conditions))
         found = healthy_machine(
@@ -152,8 +155,8 @@ def put_together(
         part = predictor.select(fitted)
         given = _pulse_doubted(start(machine, part, tell=tell), part)
         by_lines = on_lines_to_explain(given, machine, measured.select(fitted), part, tell=tell)
-        at_calibration, pulse_rad = without_further(by_lines.machine), by_lines.pulse_rad
-        measured, calibrated = turned(measured, pulse_rad), by_lines.calibrated
+        at_calibration, calibrated = without_further(by_lines.machine), by_lines.calibrated
+        elsewhere_rad = by_lines.elsewhere_rad
     baseline = again(at_calibration, at_calibration.machine, predictor)
     if not healthy:
         baseline = _pulse_doubted(baseline, predictor)
@@ -178,6 +181,7 @@ def put_together(
         transfer=learnt(at_calibration, healthy, probes, length=length) if healthy else none_of(measured),
         pulse_rad=pulse_rad,
         calibrated=calibrated,
+        elsewhere_rad=elsewhere_rad,
         form=found.form if found else None,
     )
 

@@ -150,22 +150,15 @@ def _own_remarks(
         if rival.candidates:
             said.append(alternative_words(_causes(rival, posterior.probabilities, prepared.baseline.machine)))
     said += loose_law_words(best, posterior.unknown.log_evidence)
-    return [*said, *opposing_words(best, here), *one_line_words(best), *_pulse(prepared)]
+    return [*said, *opposing_words(best, here), *one_line_words(best), *_pulse(prepared.pulse_rad)]
 
 
-def _pulse(prepared: Prepared) -> tuple[str, ...]:
-    if not prepared.pulse_rad:
+def _pulse(angle_rad: float) -> tuple[str, ...]:
+    if not angle_rad:
         return ()
-    turned = f"the model has turned by {math.degrees(prepared.pulse_rad):.0f} deg"
-    if prepared.healthy is None:
-        return (
-            f"If the tacho's pulse comes when {turned}, the machine as given explains all order lines: no cause is "
-            "named for them. Without recordings of the healthy machine (--baseline) an unbalance or a coupling that "
-            "pushes may look the same.",
-        )
     return (
-        f"The tacho's pulse comes when {turned}, say the healthy recordings. Angles on the shaft are counted from the "
-        "model's zero; add this to count from the pulse.",
+        f"The tacho's pulse comes when the model has turned by {math.degrees(angle_rad):.0f} deg, say the healthy "
+        "recordings. Angles on the shaft are counted from the model's zero; add this to count from the pulse.",
     )
 
 

@@ -1,9 +1,9 @@
 """The machine and its tacho's pulse where only the lines to explain are there, and no healthy recording.
 
 Taken to be at the machine's zero, a pulse that is not turns the machine's own lines, and an unbalance that turns them
-back would be named on a sound machine. Where the machine with the pulse at another angle misses nothing, nothing is
-claimed: an unbalance of its own that points elsewhere looks the same. Where the machine by itself explains the lines at
-no angle, its parameters, calibrated all the same, would make up for what is to be found: it is then taken as given.
+back would be named on a sound machine. Where the machine with the pulse at another angle misses nothing, that is said,
+and as likely as any cause. Where the machine by itself does not explain the lines, its parameters, calibrated all the
+same, would make up for what is to be found: it is then taken as given.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ class OnLines:
     ----------
     machine : Baseline
         To look for causes beside.
-    pulse_rad : float
-        Angle by which the machine has turned when the tacho's pulse comes.
+    elsewhere_rad : float
+        Angle by which the machine has turned when the tacho's pulse comes, if that explains all lines; else 0.
     calibrated : Machine
         With its parameters where they explain most without any cause.
     """
 
     machine: Baseline
-    pulse_rad: float
+    elsewhere_rad: float
     calibrated: Machine
 
 
@@ -55,7 +55,7 @@ def on_lines_to_explain(
     *,
     tell: Callable[[str], None] = lambda _: None,
 ) -> OnLines:
-    """Return the machine calibrated on the lines where it explains them, with the pulse where it does.
+    """Return the machine calibrated on the lines where it explains them, the pulse at its zero, and where else it does.
 
     Else as given; and calibrated, the pulse at the machine's zero, where each try is a simulation.
 
@@ -73,16 +73,17 @@ def on_lines_to_explain(
     if not predictor.repeats(machine):
         return OnLines(found, 0.0, found.machine)
     _, white, straight = whitened(found, lines, UNSEEN)
-    explained = _is_noise(white)
+    explained, elsewhere = _is_noise(white), 0.0
     least = straight + PLACE_GAIN if explained else -math.inf
     angle = best_angle(lines, predictor.amplitudes(machine))
     for _ in range(ROUNDS if all(one.tied for one in lines.conditions) else 0):
         other = placed_at(angle, machine, (), lines, predictor, tell=tell).at_healthy
         _, white, density = whitened(other, turned(lines, angle), UNSEEN)
         if _is_noise(white) and density > least:
-            return OnLines(other, math.remainder(angle, 2 * math.pi), other.machine)
+            elsewhere = math.remainder(angle, 2 * math.pi)
+            break
         angle = best_angle(lines, other.lines)
-    return OnLines(found if explained else given, 0.0, found.machine)
+    return OnLines(found if explained else given, elsewhere, found.machine)
 
 
 def _is_noise(white: np.ndarray) -> bool:

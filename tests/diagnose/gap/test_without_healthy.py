@@ -40,13 +40,16 @@ def _explained(given: Machine, real: Machine, pulse_rad: float) -> GapResult:
 @pytest.mark.parametrize(
     ("name", "pulse_rad"), [("rigid_coupling", 2.0), ("rigid_coupling", 0.3), ("amb_rotor", 2.0), ("amb_rotor", 0.1)]
 )
-def test_a_sound_machine_lacks_nothing_wherever_its_pulse_is(name, pulse_rad):
+def test_a_pulse_elsewhere_is_as_likely_as_any_cause(name, pulse_rad):
     given = find_machine(name)
     answer = _explained(given, altered(given, share=0.02, seed=1), pulse_rad)
-    assert answer.kind == "none"
+    assert answer.kind == "none" or answer.causes[0].probability < 0.56
     # One that is off by a few degrees needs no words: no mark is put more exactly.
-    said = "If the tacho's pulse comes when the model has turned by"
-    assert any(said in one for one in answer.remarks) == (pulse_rad > 0.2)
+    said = [one for one in answer.remarks if "If the tacho's pulse comes when the model has turned by" in one]
+    assert len(said) == (pulse_rad > 0.2)
+    assert all(f"{np.degrees(pulse_rad):.0f}"[:-1] in one for one in said)
+    if pulse_rad < 0.2:
+        assert answer.kind == "none"
 
 
 @pytest.mark.parametrize("name", HIDDEN)
