@@ -64,13 +64,16 @@ def measured_gain(
     added = tuple(as_effect(one) for one in forces)
     # Of the machine that is written: where nothing is named and nothing added, that is the calibrated one.
     best = posterior.named
+    extended = explained(best, problem, further=added)
+    if not (best.candidates or added) and prepared.calibrated == prepared.baseline.machine:
+        extended = calibrated
     # What cannot be told apart from the name is no placebo.
     alike = {name for names in judged(posterior.probabilities)[2] for name in names} | set(best.names)
     others = [fit for fit in posterior.fits if not set(fit.names) & alike] if best.candidates or added else []
     # An empirical force has amplitude, phase and exponent.
     parameters = 3 * len(added) if added else best.position.size
     return Gain(
-        held_out_db=_db(given, residual_power(problem, explained(best, problem, further=added))),
+        held_out_db=_db(given, residual_power(problem, extended)),
         calibration_only_db=_db(given, residual_power(problem, calibrated)),
         wrong_effect_db=(_db(given, residual_power(problem, explained(others[0], problem))) if others else math.nan),
         smooth_function_db=_db(given, residual_power(problem, plain + _smooth(prepared, held_out, parameters))),

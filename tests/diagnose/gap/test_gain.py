@@ -20,7 +20,12 @@ def test_an_effect_that_only_came_closest_is_no_gain(named, shares):
     posterior = Posterior(compared, nothing(compared), (fit,), unexplained(compared, ()), probabilities, 1.0)
     every = tuple(range(len(problem.lines.conditions)))
     prepared: Any = SimpleNamespace(
-        problem=lambda _: problem, held_out=(), fitted=every, measured=problem.lines, calibrated=None
+        problem=lambda _: problem,
+        held_out=(),
+        fitted=every,
+        measured=problem.lines,
+        calibrated=None,
+        baseline=problem.baseline,
     )
     found = measured_gain(problem.baseline.machine, prepared, posterior)
     assert found.calibration_only_db == pytest.approx(0.0)
