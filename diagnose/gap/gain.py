@@ -58,14 +58,14 @@ def measured_gain(
     """
     held_out = prepared.held_out or prepared.fitted
     problem = prepared.problem(held_out)
-    plain = problem.plain().expected
-    calibrated = problem.predictor.amplitudes(prepared.calibrated) if prepared.calibrated else plain
+    plain, by_lines = problem.plain().expected, prepared.by_lines
+    calibrated = problem.predictor.amplitudes(by_lines.calibrated) if by_lines else plain
     given = residual_power(problem, problem.predictor.amplitudes(machine))
     added = tuple(as_effect(one) for one in forces)
     # Of the machine that is written: where nothing is named and nothing added, that is the calibrated one.
     best = posterior.named
     extended = explained(best, problem, further=added)
-    if not (best.candidates or added) and prepared.calibrated == prepared.baseline.machine:
+    if by_lines and by_lines.calibrated == prepared.baseline.machine and not (best.candidates or added):
         extended = calibrated
     # What cannot be told apart from the name is no placebo.
     alike = {name for names in judged(posterior.probabilities)[2] for name in names} | set(best.names)

@@ -111,9 +111,10 @@ def with_pulse_elsewhere(prepared: Prepared, posterior: Posterior) -> tuple[Post
     Without healthy recordings a cause is then hardly more likely; something unknown is not claimed.
     """
     leading = next(iter(posterior.probabilities))
-    if not prepared.elsewhere_rad or not leading:
+    elsewhere_rad = prepared.by_lines.elsewhere_rad if prepared.by_lines else 0.0
+    if not elsewhere_rad or not leading:
         return posterior, ()
-    text = _ELSEWHERE.format(math.degrees(prepared.elsewhere_rad))
+    text = _ELSEWHERE.format(math.degrees(elsewhere_rad))
     if "unknown" in leading:
         return _as_nothing(posterior, leading, text)
     shares = {names: (1 - ELSEWHERE) * share for names, share in posterior.probabilities.items()}
@@ -283,8 +284,6 @@ _FORM = (
     "model describes this machine when it is healthy: nothing is claimed. Recordings of the healthy machine "
     "(--baseline) would tell."
 )
-
-
 _ELSEWHERE = (
     "If the tacho's pulse comes when the model has turned by {:.0f} deg, and not at its zero, the machine by itself "
     "explains all lines and nothing is wrong. Look where the mark is, or give recordings of the healthy machine "

@@ -8,16 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ...simulators.machine import Machine
-from .baseline import (
-    ERROR_LENGTH_SPEED,
-    Baseline,
-    ModelError,
-    again,
-    model_error,
-    start,
-    widened_by,
-    without_further,
-)
+from .baseline import ERROR_LENGTH_SPEED, Baseline, ModelError, again, model_error
 from .bends import with_bends
 from .calibration import residual_error, settled_further
 from .evidence import Problem
@@ -29,15 +20,12 @@ from .predict import Predictor, UnpredictableError
 from .pulse_place import turned
 from .struck_rhythm import Spectrum
 from .transfer_error import TransferError, learnt, none_of
-from .without_healthy import UNSEEN, on_lines_to_explain
+from .without_healthy import UNSEEN, OnLines, on_lines_to_explain, pulse_doubted
 
 #: From so many conditions on, a part of them is held out.
 CONDITIONS_TO_HOLD_OUT = 4
 #: Relative change of any line from one run of the same machine to the next, its speed and temperature nearly the same.
 REPEATABILITY = 0.005
-
-#: How exactly the tacho's pulse is put at the machine's zero, one standard deviation.
-PULSE_RAD = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,10 +57,8 @@ class Prepared:
         Angle of the machine at the tacho's pulse: the lines' phases are counted from the machine's zero.
     form : Extended or None
         What the healthy recordings say that the model lacks; None where that was not looked for.
-    calibrated : Machine or None
-        Without healthy recordings: by the lines to explain alone, which any cause has a part in.
-    elsewhere_rad : float
-        Without healthy recordings: where the pulse would be if the machine as given explains all lines; else 0.
+    by_lines : OnLines or None
+        Without healthy recordings: what the lines to explain say of the machine by itself.
     envelopes : tuple of Spectrum
         What stands out of the envelopes of the recordings to explain; empty where only lines are known.
     mended : bool
@@ -94,8 +80,7 @@ class Prepared:
     found_lines: tuple[tuple[float, float], ...] = ()
     pulse_rad: float = 0.0
     form: Extended | None = None
-    calibrated: Machine | None = None
-    elsewhere_rad: float = 0.0
+    by_lines: OnLines | None = None
     envelopes: tuple[Spectrum, ...] = ()
     mended: bool = False
 
@@ -142,24 +127,19 @@ def put_together(
     """
     held_out = _held_out(measured)
     fitted = tuple(i for i in range(len(measured.conditions)) if i not in held_out)
-    found, pulse_rad, elsewhere_rad, calibrated = None, 0.0, 0.0, None
+    found, by_lines = None, None
     if healthy and healthy_predictor:
         highest = max(one.speed_rpm for one in (*measured.conditions, *healthy.conditions))
         found = healthy_machine(
             machine, healthy, healthy_predictor, reference_rpm=highest, as_given=as_given, tell=tell
         )
-        pulse_rad = found.pulse_rad
-        measured, healthy = turned(measured, pulse_rad), turned(healthy, pulse_rad)
+        measured, healthy = turned(measured, found.pulse_rad), turned(healthy, found.pulse_rad)
         at_calibration = settled_further(found.at_healthy, healthy, healthy_predictor, tell=tell)
     else:
-        part = predictor.select(fitted)
-        given = _pulse_doubted(start(machine, part, tell=tell), part)
-        by_lines = on_lines_to_explain(given, machine, measured.select(fitted), part, tell=tell)
-        at_calibration, calibrated = without_further(by_lines.machine), by_lines.calibrated
-        elsewhere_rad = by_lines.elsewhere_rad
+        by_lines = on_lines_to_explain(machine, measured.select(fitted), predictor.select(fitted), tell=tell)
+        at_calibration = by_lines.baseline
     baseline = again(at_calibration, at_calibration.machine, predictor)
-    if not healthy:
-        baseline = _pulse_doubted(baseline, predictor)
+    baseline = pulse_doubted(baseline, predictor) if by_lines else baseline
     if found and found.errors and healthy_predictor:
         baseline, at_calibration = _doubted(found.errors, baseline, predictor, at_calibration, healthy_predictor)
     if healthy and healthy_predictor and predictor.repeats(at_calibration.machine):
@@ -179,17 +159,10 @@ def put_together(
         at_healthy=at_calibration if healthy else None,
         error=error,
         transfer=learnt(at_calibration, healthy, probes, length=length) if healthy else none_of(measured),
-        pulse_rad=pulse_rad,
-        calibrated=calibrated,
-        elsewhere_rad=elsewhere_rad,
+        pulse_rad=found.pulse_rad if found else 0.0,
+        by_lines=by_lines,
         form=found.form if found else None,
     )
-
-
-def _pulse_doubted(baseline: Baseline, predictor: Predictor) -> Baseline:
-    """Return a machine whose pulse may come a little before or after its zero, which no healthy recording shows."""
-    tied = np.array([one.tied for one in predictor.conditions])[:, None, None]
-    return widened_by(baseline, PULSE_RAD * 1j * predictor.phase_orders * np.where(tied, baseline.lines, 0.0)[None])
 
 
 def _doubted(

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...simulators.machine import Machine
-from .baseline import Baseline
+from .baseline import Baseline, start, widened_by, without_further
 from .calibration import settled
 from .healthy_evidence import WITHIN, whitened
 from .lines import OrderLines
@@ -25,6 +25,9 @@ from .pulse_place import PLACE_GAIN, best_angle, placed_at, turned
 #: By how much more than usual the model may be wrong where no healthy recording shows by how much it is: calibrated,
 #: machines of other authors missed 0.1 to 7.5 % of their healthy lines, 3.6 % in the root mean square.
 UNSEEN = 3.6
+#: How exactly the tacho's pulse is put at the machine's zero, one standard deviation.
+PULSE_RAD = 0.05
+#: How often another place of the pulse is looked for.
 ROUNDS = 2
 
 
@@ -34,21 +37,20 @@ class OnLines:
 
     Attributes
     ----------
-    machine : Baseline
-        To look for causes beside.
+    baseline : Baseline
+        The machine to look for causes beside.
     elsewhere_rad : float
         Angle by which the machine has turned when the tacho's pulse comes, if that explains all lines; else 0.
     calibrated : Machine
         With its parameters where they explain most without any cause.
     """
 
-    machine: Baseline
+    baseline: Baseline
     elsewhere_rad: float
     calibrated: Machine
 
 
 def on_lines_to_explain(
-    given: Baseline,
     machine: Machine,
     lines: OrderLines,
     predictor: Predictor,
@@ -61,17 +63,16 @@ def on_lines_to_explain(
 
     Parameters
     ----------
-    given : Baseline
-        The machine as given, linearised.
     machine : Machine
         As given.
     lines : OrderLines
     predictor : Predictor
         For their conditions.
     """
+    given = pulse_doubted(start(machine, predictor, tell=tell), predictor)
     found = settled(given, machine, lines, predictor, tell=tell)
     if not predictor.repeats(machine):
-        return OnLines(found, 0.0, found.machine)
+        return OnLines(without_further(found), 0.0, found.machine)
     _, white, straight = whitened(found, lines, UNSEEN)
     explained, elsewhere = _is_noise(white), 0.0
     least = straight + PLACE_GAIN if explained else -math.inf
@@ -83,7 +84,13 @@ def on_lines_to_explain(
             elsewhere = math.remainder(angle, 2 * math.pi)
             break
         angle = best_angle(lines, other.lines)
-    return OnLines(found if explained else given, elsewhere, found.machine)
+    return OnLines(without_further(found if explained else given), elsewhere, found.machine)
+
+
+def pulse_doubted(baseline: Baseline, predictor: Predictor) -> Baseline:
+    """Return a machine whose pulse may come a little before or after its zero; ``predictor`` is for its conditions."""
+    tied = np.array([one.tied for one in predictor.conditions])[:, None, None]
+    return widened_by(baseline, PULSE_RAD * 1j * predictor.phase_orders * np.where(tied, baseline.lines, 0.0)[None])
 
 
 def _is_noise(white: np.ndarray) -> bool:

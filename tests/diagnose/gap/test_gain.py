@@ -24,8 +24,7 @@ def test_an_effect_that_only_came_closest_is_no_gain(named, shares):
         held_out=(),
         fitted=every,
         measured=problem.lines,
-        calibrated=None,
-        baseline=problem.baseline,
+        by_lines=None,
     )
     found = measured_gain(problem.baseline.machine, prepared, posterior)
     assert found.calibration_only_db == pytest.approx(0.0)
