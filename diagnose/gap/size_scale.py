@@ -10,7 +10,7 @@ end where all lines are simulated too large: what is wrong is a share of what is
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +19,8 @@ from .lines import OrderLines
 
 #: The knee, in the smallest standard deviation of the line.
 KNEE = 3.0
+#: Standard deviations down to which the scale's slope counts for the deviation of a size.
+NOISE_REACHES = 3.0
 #: Largest size over knee, as logarithm, that is turned back.
 LARGEST = 60.0
 
@@ -57,19 +59,32 @@ def from_scale(values: np.ndarray, knees: np.ndarray | None) -> np.ndarray:
 
 
 def on_scale(lines: OrderLines, knees: np.ndarray) -> OrderLines:
-    """Return the lines with sizes and their deviations on the scale."""
-    steepness = np.where(np.isfinite(knees), 1 / np.sqrt(1 + (np.abs(lines.amplitudes) / knees) ** 2), 1.0)
-    scaled = to_scale(lines.amplitudes, knees)
-    return replace(lines, amplitudes=scaled, deviations=lines.deviations * steepness, knees=knees)
+    """Return the lines with sizes and their deviations on the scale.
+
+    The knee is that of the quietest record. In a noisier one a size that is all noise lies above it, where the scale is
+    so flat that by its slope there noise would be far from nothing: three deviations stay three.
+    """
+    deviations = _deviations_as(lines, knees, to_scale)
+    return replace(lines, amplitudes=to_scale(lines.amplitudes, knees), deviations=deviations, knees=knees)
 
 
 def in_units(lines: OrderLines) -> OrderLines:
     """Return the lines with sizes and their deviations in the probes' units."""
     if lines.knees is None:
         return lines
-    sizes = from_scale(lines.amplitudes, lines.knees)
-    steepness = np.where(np.isfinite(lines.knees), np.sqrt(1 + (np.abs(sizes) / lines.knees) ** 2), 1.0)
-    return replace(lines, amplitudes=sizes, deviations=lines.deviations * steepness, knees=None)
+    deviations = _deviations_as(lines, lines.knees, from_scale)
+    return replace(lines, amplitudes=from_scale(lines.amplitudes, lines.knees), deviations=deviations, knees=None)
+
+
+def _deviations_as(
+    lines: OrderLines, knees: np.ndarray, turned: Callable[[np.ndarray, np.ndarray], np.ndarray]
+) -> np.ndarray:
+    """Return the deviations of sizes that are turned: by the mean slope over `NOISE_REACHES` of them, above nothing."""
+    sizes = np.abs(lines.amplitudes)
+    down = np.minimum(NOISE_REACHES * lines.deviations, sizes)
+    change = np.real(turned(sizes, knees) - turned(sizes - down, knees))
+    slope = np.divide(change, down, out=np.ones(sizes.shape), where=np.isfinite(knees) & (down > 0))
+    return lines.deviations * slope
 
 
 def at_most_once(change: np.ndarray, knees: np.ndarray | None) -> np.ndarray:

@@ -79,13 +79,20 @@ def test_there_and_back(sizes, noise):
 
 
 def test_a_deviation_is_that_of_the_scale():
-    one = lines([5.0, 0.01], np.array([0.1, 0.1]))
-    knees = knees_of([one])
+    one = lines([50.0, 0.01], np.array([0.01, 0.1]))
+    knees = np.array([[np.inf, 0.3]])
     there = on_scale(one, knees)
-    more = on_scale(lines([5.0 + 1e-6, 0.01 + 1e-6], np.array([0.1, 0.1])), knees)
+    more = on_scale(lines([50.0 + 1e-6, 0.01 + 1e-6], np.array([0.1, 0.1])), knees)
     slope = np.real(more.amplitudes - there.amplitudes)[:, 0, 1] / 1e-6
-    assert there.deviations[:, 0, 1] == pytest.approx(0.1 * slope, rel=1e-5)
-    assert there.deviations[:, 0, 0] == pytest.approx(0.1)
+    assert there.deviations[:, 0, 1] == pytest.approx([0.01, 0.1] * slope, rel=1e-3)
+    assert there.deviations[:, 0, 0] == pytest.approx([0.01, 0.1])
+
+
+@given(st.floats(0.0, 3.0), st.floats(1.0, 1e3))
+def test_noise_is_no_further_from_nothing_than_in_units_however_quiet_another_record_is(times, noisier):
+    one = lines([times * noisier], np.array([noisier]))
+    there = on_scale(one, KNEE * np.array([[np.inf, 1.0]]))
+    assert np.real(there.amplitudes[0, 0, 1]) == pytest.approx(times * there.deviations[0, 0, 1], rel=1e-9)
 
 
 def test_a_tolerance_refers_to_one_factor_e_at_most():
