@@ -61,6 +61,23 @@ def test_the_race_that_is_struck_excludes_the_others(inner: bool, slip: float) -
     assert heard_beside(RACES, test_rig, envelopes, (true.NAME, "unbalance")) == ()
 
 
+def test_a_rhythm_that_no_effect_has_excludes_them_all() -> None:
+    # The outer race of another bearing, 2.64 times a turn for 3.0.
+    slip = 0.12
+    made = [struck(speed, inner=False, slip=slip, seed=k) for k, speed in enumerate(SPEEDS_RPM)]
+    envelopes = envelopes_of(made, SPEEDS_RPM)
+    assert not_heard(EVERY, test_rig, envelopes) == frozenset(EVERY)
+    assert heard_beside(EVERY, test_rig, envelopes, ()) == ()
+    # Few lines may be anything.
+    few = [replace(one, orders=one.orders[:5], power=one.power[:5]) for one in envelopes]
+    assert not_heard(EVERY, test_rig, few) == frozenset()
+
+
+def test_without_the_race_that_is_struck_the_others_are_not_it() -> None:
+    made = [struck(speed, inner=False, slip=0.01, seed=k) for k, speed in enumerate(SPEEDS_RPM)]
+    assert not_heard(RACES[1:], test_rig, envelopes_of(made, SPEEDS_RPM)) == frozenset(RACES[1:])
+
+
 def test_noise_and_no_acceleration_exclude_nothing() -> None:
     generator = np.random.default_rng(1)
     one = struck(1500.0, inner=True, slip=0.01, seed=0)
