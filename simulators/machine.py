@@ -151,8 +151,19 @@ class Machine:
         """Return the machine's parts without effects or forces: places, components, coordinates."""
         return self._built(0.0)
 
+    @functools.cached_property
+    def shaft_ratios(self) -> Mapping[str, float]:
+        """Speed of the shaft at each place over the reference shaft's, by the place's name."""
+        return {place.name: place.shaft_ratio for place in self.bare_assembly().places.values()}
+
     def _built(self, speed_rad_s: float) -> Assembly:
-        return _built(self.definition, tuple(self.values.items()), self.switches, speed_rad_s).copy()
+        values = self.definition, tuple(self.values.items()), self.switches
+        built = _built(*values, 0.0)
+        if built.follows_speed:
+            return _built(*values, speed_rad_s).copy()
+        made = built.copy()
+        made.speed_rad_s = speed_rad_s
+        return made
 
     def system(self, *, speed_rpm: float | SpeedProfile) -> System:
         """Return the matrices at this speed (for a changing speed, at its middle)."""

@@ -85,20 +85,20 @@ def record_of_signals(
 
 def probe_ratios(machine: Machine, probes: Sequence[Probe]) -> tuple[float, ...]:
     """Return the speed of the shaft that each probe looks at over the reference shaft's."""
-    places = machine.bare_assembly().places
-    return tuple(places[probe.location].shaft_ratio if probe.location in places else 1.0 for probe in probes)
+    ratios = machine.shaft_ratios
+    return tuple(ratios.get(probe.location, 1.0) for probe in probes)
 
 
 def lines_of_chain(
     machine: Machine, channels: Sequence[Probe], amplitudes: np.ndarray, orders: Sequence[int]
 ) -> np.ndarray | None:
-    """Return a motion's lines as the machine's chain shows them; None where it does more than mix and add such lines.
+    """Return motions' lines as the machine's chain shows them; None where it does more than mix and add such lines.
 
     Parameters
     ----------
     machine : Machine
     channels : sequence of Probe
-    amplitudes : ndarray (channels, orders), complex
+    amplitudes : ndarray (..., channels, orders), complex
     orders : sequence of int
         Of the reference shaft.
     """
@@ -110,7 +110,7 @@ def lines_of_chain(
         if added and any(ratio != 1 for ratio in probe_ratios(machine, [channels[i] for i in effect.chosen(channels)])):
             return None
         for column, order in enumerate(orders):
-            amplitudes[:, column] += added.get(order, 0.0)
+            amplitudes[..., column] += added.get(order, 0.0)
     return amplitudes
 
 

@@ -151,7 +151,10 @@ class Predictor:
             try:
                 if isinstance(own, RotorwiseError):
                     raise _NotPeriodicError(str(own))
-                self._keep(key, np.stack([self._seen(machine, motion, i) for i, motion in enumerate(own)]))
+                balanced = self._balanced(own, machine)
+                if balanced is None:
+                    balanced = np.stack([self._seen(machine, motion, i) for i, motion in enumerate(own)])
+                self._keep(key, balanced)
             except _NotPeriodicError:
                 in_time.append((key, machine, self._repeating(machine)))
         if most_in_time is not None and len(in_time) > most_in_time:
@@ -240,29 +243,32 @@ class Predictor:
         return [found[machine.to_toml()] for machine in machines]
 
     def _seen(self, machine: Machine, motion: PeriodicMotion, index: int) -> np.ndarray:
-        balanced = self._balanced(motion, machine)
-        if balanced is not None:
-            return balanced
+        """Return the lines of a motion whose chain does more than mix them, (probes, orders), from a record of it."""
         speed, rate_hz = motion.speed_rad_s, self.rates_hz[index]
         least_s = max(CHAIN_TURNS * 2 * math.pi / speed, *least_lengths(machine, self.conditions[index : index + 1]))
         enough = max(math.ceil(least_s * rate_hz), CHAIN_SAMPLES)
         phase = speed * np.arange(min(self.samples[index], enough)) / rate_hz
-        untouched = self._balanced(motion, moving_part(machine))
+        untouched = self._balanced([motion], moving_part(machine))
+        untouched = None if untouched is None else untouched[0]
         return self._recorded(machine, motion.probes, motion.waveform(phase), phase, index, untouched=untouched)
 
-    def _balanced(self, motion: PeriodicMotion, machine: Machine) -> np.ndarray | None:
-        """Return a motion's lines as the machine's chain shows them, (probes, orders); None where it makes others."""
-        rows = [row for row, probe in enumerate(motion.probes) if probe.name in self.probes]
-        channels = [motion.probes[row] for row in rows]
+    def _balanced(self, motions: Sequence[PeriodicMotion], machine: Machine) -> np.ndarray | None:
+        """Return the lines of motions as the machine's chain shows them, (motions, probes, orders).
+
+        None where the chain makes others.
+        """
+        rows = [row for row, probe in enumerate(motions[0].probes) if probe.name in self.probes]
+        channels = [motions[0].probes[row] for row in rows]
         columns, orders = [*self._whole_orders], [*self._whole_orders.values()]
-        amplitudes = lines_of_chain(machine, channels, motion.amplitudes[np.array(rows)[:, None], orders], orders)
+        moving = np.stack([motion.amplitudes[np.array(rows)[:, None], orders] for motion in motions])
+        amplitudes = lines_of_chain(machine, channels, moving, orders)
         if amplitudes is None:
             return None
         names = [channel.name for channel in channels]
-        amplitudes = amplitudes[[names.index(name) for name in self.probes]]
-        result = np.zeros((len(self.probes), len(self.orders)), dtype=complex)
+        amplitudes = amplitudes[:, [names.index(name) for name in self.probes]]
+        result = np.zeros((len(motions), len(self.probes), len(self.orders)), dtype=complex)
         phase = np.array([self.kinds[column].phase for column in columns], dtype=bool)
-        result[:, columns] = np.where(phase, amplitudes, np.abs(amplitudes))
+        result[:, :, columns] = np.where(phase, amplitudes, np.abs(amplitudes))
         return result
 
     def _recorded(
