@@ -34,7 +34,7 @@ SHAFT_BINS = 2.5
 #: An effect that makes this share of what stands out excludes those of the same part that make less than a part of it.
 MOST, FAINT = 0.4, 0.5
 #: Where no effect makes that share of many lines, so many in a record, something else strikes: those that make less
-#: than this are not it. Of 29 races and balls on the test rig, in noise of 20 and 30 dB, with slips that wander by up to
+#: than this are not it. Of 29 races and balls on the test rig, in noise of 20 and 30 dB, slips that wander by up to
 #: 1 %, each made 0.11 or more, all but one 0.39; of 75 others of their bearing 63 made less than 0.05.
 MANY_LINES, NOT_IT = 10, 0.05
 #: Multiples of a rhythm's strongest line, and of the distance to the next on both sides, at which it may lie outside
