@@ -31,6 +31,8 @@ NOISE_PIECES = 16
 #: Lines above this share of the sampling rate are bent by the anti-alias filter; below so many periods in the record
 #: a line is not told from the mean.
 HIGHEST_SHARE, FEWEST_PERIODS = 0.4, 2.5
+#: Powers of time, from 0, that are taken off a record before slow lines are looked at.
+DRIFT_POWERS = 3
 #: A size is repeated no better than this share.
 REPEATED = 0.1
 #: Half width of a Hann window's main lobe in lines of the spectrum.
@@ -81,7 +83,7 @@ def line_sizes(
     """
     speed_hz = (turns[-1] - turns[0]) / (turns.size - 1) * rate_hz
     carriers = carriers_of(locked[0], turns) if carriers is None else carriers
-    left = signals - signals.mean(axis=1, keepdims=True) - np.real(np.conj(locked[1]) @ carriers)
+    left = _without_drift(signals - np.real(np.conj(locked[1]) @ carriers))
     spectra = {False: line_power(left)}
     if any(kind.envelope for kind in kinds):
         spectra[True] = _envelope_power(left, rate_hz, speed_hz, missing_noise)
@@ -104,6 +106,17 @@ def line_sizes(
         _doubt_neighbours(sizes, deviations, bands, MAIN_LOBE * resolution)
         _doubt_beside_orders(sizes, deviations, bands, locked[0] * speed_hz, spectra[False], resolution)
     return sizes, deviations
+
+
+def _without_drift(signals: np.ndarray) -> np.ndarray:
+    """Return signals (channels, samples) less their mean, slope and curvature.
+
+    A sensor that warms up moves a thousand times as much as a slow line, and reaches under any window into the bands of
+    the first lines of the spectrum.
+    """
+    time = np.linspace(-1.0, 1.0, signals.shape[1])
+    basis, _ = np.linalg.qr(np.stack([time**power for power in range(DRIFT_POWERS)], axis=1))
+    return signals - (signals @ basis) @ basis.T
 
 
 def _envelope_power(left: np.ndarray, rate_hz: float, speed_hz: float, missing_noise: np.ndarray | None) -> np.ndarray:

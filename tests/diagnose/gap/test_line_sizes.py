@@ -55,6 +55,16 @@ def test_orders_of_the_shaft_do_not_leak_into_their_neighbours():
     assert size[0] < 1e-3
 
 
+def test_a_sensor_that_warms_up_makes_no_slow_line_and_hides_none():
+    noise = 0.05 * np.random.default_rng(3).normal(size=SAMPLES)
+    drift = 100 * np.exp(-TIME_S / (6 * TIME_S[-1]))
+    periods = 3.4 / (SPEED_HZ * TIME_S[-1])
+    size, deviation = _sizes(noise + drift, [periods], [PLAIN])
+    assert size[0] < 2 * deviation[0] < 0.02
+    there, _ = _sizes(noise + drift + 0.3 * np.cos(2 * np.pi * periods * TURNS + 0.4), [periods], [PLAIN])
+    assert there == pytest.approx([0.3], rel=0.05)
+
+
 def test_a_line_too_close_to_a_shaft_order_is_not_seen():
     _, deviation = _sizes(np.cos(2 * np.pi * 2.005 * TURNS), [2.005], [PLAIN])
     assert np.isinf(deviation[0])
