@@ -21,6 +21,8 @@ from .lines import OrderLines
 KNEE = 3.0
 #: Standard deviations down to which the scale's slope counts for the deviation of a size.
 NOISE_REACHES = 3.0
+#: Share of its deviation below which a size is nothing.
+NOTHING = 1e-9
 #: Largest size over knee, as logarithm, that is turned back.
 LARGEST = 60.0
 
@@ -64,7 +66,7 @@ def on_scale(lines: OrderLines, knees: np.ndarray) -> OrderLines:
     The knee is that of the quietest record. In a noisier one a size that is all noise lies above it, where the scale is
     so flat that by its slope there noise would be far from nothing: three deviations stay three.
     """
-    deviations = _deviations_as(lines, knees, to_scale)
+    deviations = _deviations_as(lines, knees, _drop_on_scale)
     return replace(lines, amplitudes=to_scale(lines.amplitudes, knees), deviations=deviations, knees=knees)
 
 
@@ -72,19 +74,30 @@ def in_units(lines: OrderLines) -> OrderLines:
     """Return the lines with sizes and their deviations in the probes' units."""
     if lines.knees is None:
         return lines
-    deviations = _deviations_as(lines, lines.knees, from_scale)
+    deviations = _deviations_as(lines, lines.knees, _drop_in_units)
     return replace(lines, amplitudes=from_scale(lines.amplitudes, lines.knees), deviations=deviations, knees=None)
 
 
-def _deviations_as(
-    lines: OrderLines, knees: np.ndarray, turned: Callable[[np.ndarray, np.ndarray], np.ndarray]
-) -> np.ndarray:
+def _deviations_as(lines: OrderLines, knees: np.ndarray, dropped: Callable[..., np.ndarray]) -> np.ndarray:
     """Return the deviations of sizes that are turned: by the mean slope over `NOISE_REACHES` of them, above nothing."""
-    sizes = np.abs(lines.amplitudes)
+    own = np.isfinite(knees)
+    sizes = np.where(own, np.abs(lines.amplitudes), 0.0)
     down = np.minimum(NOISE_REACHES * lines.deviations, sizes)
-    change = np.real(turned(sizes, knees) - turned(sizes - down, knees))
-    slope = np.divide(change, down, out=np.ones(sizes.shape), where=np.isfinite(knees) & (down > 0))
+    knee, told = np.where(own, knees, 1.0), (down > 0) & (down > NOTHING * lines.deviations)
+    slope = np.divide(dropped(sizes / knee, down / knee), down / knee, out=np.ones(sizes.shape), where=told)
     return lines.deviations * slope
+
+
+def _drop_on_scale(size: np.ndarray, down: np.ndarray) -> np.ndarray:
+    """Return arsinh(size) - arsinh(size - down), without the difference of two numbers that are nearly the same."""
+    low = size - down
+    high_root, low_root = np.hypot(1.0, size), np.hypot(1.0, low)
+    return np.log1p(down * (1 + (size + low) / (high_root + low_root)) / (low + low_root))
+
+
+def _drop_in_units(value: np.ndarray, down: np.ndarray) -> np.ndarray:
+    """Return sinh(value) - sinh(value - down), likewise."""
+    return 2 * np.cosh(np.minimum(value, LARGEST) - down / 2) * np.sinh(down / 2)
 
 
 def at_most_once(change: np.ndarray, knees: np.ndarray | None) -> np.ndarray:

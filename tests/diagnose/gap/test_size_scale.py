@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
 from rotorwise.diagnose.gap.size_scale import (
@@ -67,6 +67,8 @@ def test_a_factor_is_the_same_difference_of_any_large_line_and_small_ones_stay()
     assert scaled(30.0)[0] == 30j
 
 
+@example([5e-324], 1.0)
+@example([0.0, 1e-10], 1.0)
 @given(st.lists(st.floats(-1e3, 1e3), min_size=1, max_size=4), st.floats(1e-3, 1e3))
 def test_there_and_back(sizes, noise):
     one = lines(sizes, np.full(len(sizes), noise))
