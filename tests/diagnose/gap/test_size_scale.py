@@ -81,13 +81,15 @@ def test_there_and_back(sizes, noise):
 
 
 def test_a_deviation_is_that_of_the_scale():
-    one = lines([50.0, 0.01], np.array([0.01, 0.1]))
-    knees = np.array([[np.inf, 0.3]])
-    there = on_scale(one, knees)
-    more = on_scale(lines([50.0 + 1e-6, 0.01 + 1e-6], np.array([0.1, 0.1])), knees)
+    sure, knees = np.array([1e-5, 1e-8]), np.array([[np.inf, 0.3]])
+    there = on_scale(lines([5.0, 0.01], sure), knees)
+    more = on_scale(lines([5.0 + 1e-6, 0.01 + 1e-6], sure), knees)
     slope = np.real(more.amplitudes - there.amplitudes)[:, 0, 1] / 1e-6
-    assert there.deviations[:, 0, 1] == pytest.approx([0.01, 0.1] * slope, rel=1e-3)
-    assert there.deviations[:, 0, 0] == pytest.approx([0.01, 0.1])
+    assert there.deviations[:, 0, 1] == pytest.approx(sure * slope, rel=1e-5)
+    assert there.deviations[:, 0, 0] == pytest.approx(sure)
+    # Less sure, it is the mean slope over three deviations.
+    wide = on_scale(lines([5.0], np.array([0.1])), knees).deviations[0, 0, 1]
+    assert wide == pytest.approx(0.3 * (np.arcsinh(5.0 / 0.3) - np.arcsinh(4.7 / 0.3)) / 3, rel=1e-9)
 
 
 @given(st.floats(0.0, 3.0), st.floats(1.0, 1e3))
