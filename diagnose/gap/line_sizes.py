@@ -1,8 +1,8 @@
 """Sizes of lines that have no phase to the shaft: beside its orders, at fixed frequencies, and in the envelope.
 
-The record's own order lines and its drift are taken off first. A line's power is what its band holds beyond the noise floor on both
-sides; its amplitude is that of the sine with this power, 0 where the floor holds more. Slipping and wandering lines
-fill a band, so that no peak is picked.
+The record's own order lines and its drift are taken off first. A line's power is what its band holds beyond the noise
+floor on both sides; its amplitude is that of the sine with this power, 0 where the floor holds more. Slipping and
+wandering lines fill a band, so that no peak is picked.
 """
 
 from __future__ import annotations
