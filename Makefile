@@ -1,5 +1,5 @@
 # make demo   a fault found in shipped recordings of a rotor, and the truth afterwards: demo/report.html
-# make test   the whole test suite
+# make test   the test suite; make test-slow  its long searches and sweeps, by hand
 # Both need only Python 3.11 or newer and a package index; they make .venv themselves.
 # PYTHON=/path/to/python picks another interpreter, PYTEST_ARGS passes options to pytest.
 
@@ -10,7 +10,7 @@ PYTEST_ARGS ?=
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 
-.PHONY: demo test test-oldest lint clean
+.PHONY: demo test test-slow test-oldest lint clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/stamp-run
@@ -22,6 +22,10 @@ TEST_ENV := OPENBLAS_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE=
 
 test: $(VENV)/stamp-test
 	$(TEST_ENV) $(BIN)/pytest -n auto --dist worksteal $(PYTEST_ARGS)
+
+# Long searches and sweeps beside quicker ones of their kind, which `make test` leaves out.
+test-slow: $(VENV)/stamp-test
+	$(TEST_ENV) $(BIN)/pytest -n auto --dist worksteal -m slow --durations=10 $(PYTEST_ARGS)
 
 lint: $(VENV)/stamp-lint
 	$(BIN)/ruff check .
@@ -40,7 +44,7 @@ NOT_OLDEST := not killed and not disk and not kept and not computes and not memo
   and not independent_solver and not implicit_solver and not unrelated_lines
 
 test-oldest: .venv-oldest/stamp
-	$(TEST_ENV) .venv-oldest/bin/pytest -n auto --dist worksteal -m "not browser" \
+	$(TEST_ENV) .venv-oldest/bin/pytest -n auto --dist worksteal -m "not browser and not slow" \
 	  --ignore tests/simulators/solvers/test_gearbox_accuracy.py --ignore tests/datasets/test_store_lease.py \
 	  --ignore tests/diagnose/signal/test_critical_speed.py -k "$(NOT_OLDEST)" $(OLDEST) $(PYTEST_ARGS)
 

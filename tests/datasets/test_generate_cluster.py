@@ -71,6 +71,7 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
     made.stop()
 
 
+@pytest.mark.slow
 def test_a_cluster_gives_the_same_dataset_though_a_worker_is_killed(cluster: Cluster, tmp_path: Path) -> None:
     source = json.loads(load_recipe(SMALL).source)
     recipe = recipe_from_json(json.dumps({**source, "draws": 12}, sort_keys=True))

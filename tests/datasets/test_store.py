@@ -67,6 +67,7 @@ for kill in range(kills):
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+@pytest.mark.slow
 def test_killed_at_random_it_loses_doubles_and_halves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # Many small parts, so that a kill comes between any two steps.
     monkeypatch.setattr(recipe_parts, "MOST_RUNS", 2)
@@ -135,6 +136,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_the_workers_of_a_killed_build_end_and_the_next_one_goes_on(whole: Path, tmp_path: Path) -> None:
     psutil = pytest.importorskip("psutil", reason="needs psutil, which dask brings")
     script = tmp_path.with_suffix(".py")

@@ -183,7 +183,15 @@ def test_a_sound_bearing_that_modulates_the_mesh_is_no_defect(record: Record) ->
     assert damaged[0].probability > 0.9
 
 
-@pytest.mark.parametrize(("speed_rpm", "load"), [(1200.0, 45.0), (1500.0, 45.0), (1800.0, 80.0), (2400.0, 80.0)])
+@pytest.mark.parametrize(
+    ("speed_rpm", "load"),
+    [
+        (1200.0, 45.0),
+        pytest.param(1500.0, 45.0, marks=pytest.mark.slow),
+        pytest.param(1800.0, 80.0, marks=pytest.mark.slow),
+        (2400.0, 80.0),
+    ],
+)
 def test_sound_bearings_of_a_gearbox_are_no_defect_at_any_probe(speed_rpm: float, load: float, tmp_path: Path) -> None:
     """All probes, no baseline: displacement and the direction across the tooth force are modulated by sound balls."""
     result = record_machine(

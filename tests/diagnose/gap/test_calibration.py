@@ -122,7 +122,7 @@ def test_a_calibration_gets_on_where_the_model_is_wrong(seed):
     assert objective(found, healthy, error) < 0.02 * objective(given, healthy, error)
 
 
-@pytest.mark.parametrize("angle_rad", [2.3, 0.12])
+@pytest.mark.parametrize("angle_rad", [pytest.param(2.3, marks=pytest.mark.slow), 0.12])
 def test_the_pulse_s_place_on_the_shaft_is_found(angle_rad):
     predictor, machine = _predictor("amb_rotor"), find_machine("amb_rotor")
     healthy = _healthy(predictor, seed=2, **OFF)

@@ -37,6 +37,7 @@ def _lines(machine: Machine, predictor: Predictor) -> OrderLines:
     return OrderLines(predictor.conditions, predictor.probes, ORDERS, lines + noise, np.full(lines.shape, NOISE))
 
 
+@pytest.mark.slow
 def test_a_machine_on_another_hill_is_found() -> None:
     predictor = _predictor()
     healthy = _lines(altered(PUSHED, share=0.06, seed=4), predictor)

@@ -88,6 +88,7 @@ def test_a_hidden_unbalance_is_an_unknown_force_that_turns_and_grows_as_speed_sq
         assert one.share > 0.99
 
 
+@pytest.mark.slow
 def test_forces_that_spoil_what_was_not_fitted_are_not_added(healthy):
     # The unbalance acts at all speeds but the one that is held out.
     recordings = list(_recorded(REAL.with_effects(HIDDEN), 11))
@@ -133,6 +134,7 @@ def test_words_file_json_and_page_say_what_was_added(answer):
     assert "Added: empirical forces" in render_gap(answer)
 
 
+@pytest.mark.slow
 def test_a_force_of_one_direction_and_another_law_is_found_as_such(healthy):
     hidden = EmpiricalForce(
         at="rotor_2", force_n=60.0, direction_rad=math.pi / 2, phase_rad=-1.0, order=2.0, speed_exponent=0.0

@@ -60,6 +60,7 @@ def test_a_bent_shaft_is_found(bent):
     assert answer.gain.held_out_db > answer.gain.smooth_function_db
 
 
+@pytest.mark.slow
 def test_a_bent_shaft_is_found_without_tacho(bent):
     blind = Campaign(without_tacho(bent.recordings), without_tacho(bent.baseline))
     _names_the_bow(explain_gap(blind, amb_rotor, only=LINEAR))
@@ -69,6 +70,7 @@ def _sound_again(real: Machine) -> tuple[Recording, ...]:
     return recorded(real, SPEEDS_RPM, seed=21, **HOW)
 
 
+@pytest.mark.slow
 def test_nothing_is_called_nothing_without_tacho(real_amb_rotor, healthy):
     campaign = Campaign(without_tacho(_sound_again(real_amb_rotor)), without_tacho(healthy))
     found = explain_gap(campaign, amb_rotor, only=LINEAR)
@@ -88,6 +90,7 @@ def test_a_bow_that_is_not_in_the_catalogue_is_unknown(bent):
     assert not found.causes
 
 
+@pytest.mark.slow
 def test_a_flaw_of_the_waveform_that_is_not_in_the_catalogue_is_unknown(real_amb_rotor, healthy):
     lost = recorded(real_amb_rotor.with_effects(DroppedSamples(share=0.05, gap_s=5e-3)), SPEEDS_RPM, seed=31, **HOW)
     campaign, few = Campaign(lost, healthy), TURNING_FORCES
@@ -101,6 +104,7 @@ def test_a_flaw_of_the_waveform_that_is_not_in_the_catalogue_is_unknown(real_amb
     assert not named.flawed
 
 
+@pytest.mark.slow
 def test_two_effects_are_found_where_one_changes_what_the_other_makes(real_amb_rotor, healthy):
     """A coupling of uneven stiffness makes little of the small healthy motion, and much of a bent shaft's."""
     uneven = CouplingStiffnessHarmonics(x_1=0.1, y_1=0.3, x_2=0.1, y_2=0.05)

@@ -38,6 +38,7 @@ def _with(campaign: Campaign, change) -> Campaign:
     return dataclasses.replace(campaign, recordings=tuple(found))
 
 
+@pytest.mark.slow
 def test_one_probe_with_another_gain_is_named_and_the_other_left_alone(campaign):
     def louder(rows, number, time_s):
         rows["rotor_2.y"][:] *= 1.25
@@ -48,6 +49,7 @@ def test_one_probe_with_another_gain_is_named_and_the_other_left_alone(campaign)
     assert gain.low < 0.25 < gain.high < 0.3
 
 
+@pytest.mark.slow
 def test_a_sensor_turned_to_the_other_side_is_named(campaign):
     # The prior's middle is turned from x to y; as many are turned back.
     def turned(rows, number, time_s):
@@ -64,6 +66,7 @@ def test_a_sensor_turned_to_the_other_side_is_named(campaign):
     assert values["gain_change"].low < -0.05 < values["gain_change"].high
 
 
+@pytest.mark.slow
 def test_hum_is_named_although_it_meets_an_order_in_one_record(campaign):
     generator = np.random.default_rng(5)
     size = 0.05 * max(np.std(row) for row in campaign.recordings[1].signals[:-1])

@@ -97,6 +97,7 @@ def test_what_acts_on_the_healthy_machine_as_well_is_no_cause_of_a_change(unbala
     assert other["gravity"] == "adds nothing to the lines that are compared here"
 
 
+@pytest.mark.slow
 def test_a_torque_that_only_torsion_shows_is_found():
     # Torque ripple turns the shafts against each other and bends nothing: the proximity probes see nothing of it.
     healthy, later = (
@@ -109,6 +110,7 @@ def test_a_torque_that_only_torsion_shows_is_found():
     assert [cause.effect for cause in found.causes] == ["torque_ripple"]
 
 
+@pytest.mark.slow
 def test_a_defect_of_the_waveform_does_not_stand_for_lines_that_nothing_explains(unbalanced):
     def coarse(record: Recording) -> Recording:
         step = record.signals[0].std() / 8
@@ -126,6 +128,7 @@ def test_a_defect_of_the_waveform_does_not_stand_for_lines_that_nothing_explains
     ).causes
 
 
+@pytest.mark.slow
 def test_samples_lost_at_every_probe_do_not_hide_the_cause(unbalanced):
     def lossy(record: Recording) -> Recording:
         lost = np.random.default_rng(record.samples).random(record.signals.shape) < 0.03
@@ -158,6 +161,7 @@ def test_channels_that_are_no_probes_are_refused(unbalanced):
         explain_gap(Campaign((other,)), rigid_coupling)
 
 
+@pytest.mark.slow
 def test_a_cause_that_grew_in_the_condition_held_out_is_not_named(unbalanced, real):
     grown = dataclasses.replace(HIDDEN, moment_kg_m=2 * HIDDEN.moment_kg_m)
     later = recorded(real.with_effects(grown), SPEEDS_RPM[2:3], rate_hz=500.0, duration_s=6.0, seed=31, settle_s=40.0)
@@ -168,6 +172,7 @@ def test_a_cause_that_grew_in_the_condition_held_out_is_not_named(unbalanced, re
     assert "misses the held-out conditions by more than noise" in found.remarks[1]
 
 
+@pytest.mark.slow
 def test_a_loose_support_is_found(real, healthy):
     # It lifts off at some of the speeds only: from most starts the search ends on a hill between.
     loose = Looseness(at="support_2", loss=0.984, hold=0.053, rounding=0.2)

@@ -38,6 +38,7 @@ def found() -> Extended:
     return extended(placed, healthy, predictor, reference_rpm=2200.0)
 
 
+@pytest.mark.slow
 def test_run_out_of_the_pinion_is_found_by_its_twist(found: Extended) -> None:
     own = {(e.NAME, e.at): e.values() for e in found.at_healthy.machine.effects}["residual_gear_run_out", "pinion"]
     assert (own["sine_m"], own["cosine_m"]) == pytest.approx(RUN_OUT_M, abs=3e-7)

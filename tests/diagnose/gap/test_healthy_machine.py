@@ -47,6 +47,7 @@ def test_at_few_speeds_nothing_is_added_and_the_pulse_is_told_all_the_same(speed
     assert found.pulse_rad == pytest.approx(1.1, abs=0.1)
 
 
+@pytest.mark.slow
 def test_what_keeps_being_missed_is_no_reason_to_change_supports_but_unbalance_stays() -> None:
     predictor = _predictor(SPEEDS_RPM)
     lines = predictor.amplitudes(altered(amb_rotor, share=0.02, seed=3).with_effects(OFF_BALANCE))

@@ -2,6 +2,7 @@
 
 import math
 
+import pytest
 from rotorwise.datasets.recording import Campaign
 from rotorwise.diagnose.gap.explain import explain_gap
 from rotorwise.simulators.effects.load_fluctuation import LoadFluctuation
@@ -30,6 +31,7 @@ def test_a_direction_and_its_mirror_image_are_both_in_the_interval():
     assert found.is_told
 
 
+@pytest.mark.slow
 def test_of_two_effects_as_well():
     machine = find_machine("amb_rotor")
     hidden = (

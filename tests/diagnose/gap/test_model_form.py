@@ -72,6 +72,7 @@ def test_hidden_springs_are_found_with_their_size() -> None:
     assert form.missed < 0.02 < 0.1 < form.missed_before
 
 
+@pytest.mark.slow
 def test_residual_unbalance_in_another_plane_is_found() -> None:
     real = altered(amb_rotor, share=0.03, seed=4)
     real = real.with_effects(ResidualUnbalance(at="coupling_hub", moment_x_kg_m=-2e-5, moment_y_kg_m=3e-5))
@@ -91,6 +92,7 @@ def test_a_model_that_is_right_gets_nothing(seed: int) -> None:
     assert found.machine.effects == ()
 
 
+@pytest.mark.slow
 def test_what_no_spring_makes_is_no_reason_to_add_springs() -> None:
     healthy, predictor = _lines(amb_rotor, seed=2)
     generator = np.random.default_rng(8)
@@ -102,6 +104,7 @@ def test_what_no_spring_makes_is_no_reason_to_add_springs() -> None:
     assert len(_extended(spoilt, predictor).added) <= 1
 
 
+@pytest.mark.slow
 def test_where_lines_stay_unexplained_terms_are_looked_for_beside_the_machine_as_given_too(monkeypatch) -> None:
     """Parameters that have made up for what is lacking hide it: what is found from both is compared."""
     healthy, predictor = _lines(amb_rotor.with_effects(*_hidden({("bearing_1", "stiffness_n_m", 0.0): -6e4})), seed=1)
@@ -139,6 +142,7 @@ def campaign() -> Campaign:
 COMPETING = frozenset(("unbalance", "shaft_bow", "remounted_sensor"))
 
 
+@pytest.mark.slow
 def test_a_cause_is_found_beside_supports_that_follow_another_law(campaign: Campaign) -> None:
     answer = explain_gap(campaign, amb_rotor, only=COMPETING)
     assert answer.form is not None

@@ -38,6 +38,7 @@ def _fit(begun: tuple[Any, ...], *names: str) -> Fit:
     return found
 
 
+@pytest.mark.slow
 def test_what_makes_the_lines_of_the_other_one_as_well_is_found(begun):
     problem, screening, *_ = begun
     pair, single = _fit(begun, "run_out", "coupling_misalignment"), _fit(begun, "coupling_misalignment")

@@ -71,6 +71,7 @@ def test_the_pulse_and_the_unbalance_s_direction_are_told_apart(own_rad: float, 
     assert not found.form.added
 
 
+@pytest.mark.slow
 def test_without_a_tacho_it_is_told_by_an_unbalance_that_is_added() -> None:
     real, predictor = amb_rotor.with_parameters(unbalance_angle_rad=1.2), _predictor(amb_rotor, tied=False)
     found = healthy_machine(amb_rotor, _healthy(predictor, real), predictor, reference_rpm=SPEEDS_RPM[-1])

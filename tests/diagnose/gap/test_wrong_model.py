@@ -105,6 +105,7 @@ def healthy(real: Machine) -> tuple[Recording, ...]:
     return _measured(real, seed=1)
 
 
+@pytest.mark.slow
 def test_supports_that_are_wrong_are_not_a_cause(real: Machine, healthy: tuple[Recording, ...]) -> None:
     assert explain_gap(Campaign(_measured(real, seed=61), healthy), amb_rotor, only=COMPETING).kind == "none"
 
@@ -134,6 +135,7 @@ def sound(real: Machine) -> tuple[Recording, ...]:
     return recorded(real, SPEEDS_RPM, seed=81, **HOW)
 
 
+@pytest.mark.slow
 def test_a_cause_is_named_beside_something_unknown(real: Machine, sound: tuple[Recording, ...]) -> None:
     faulty = _with_random_lines(recorded(real.with_effects(HIDDEN), SPEEDS_RPM, seed=91, **HOW), seed=5)
     answer = explain_gap(Campaign(faulty, sound), amb_rotor, only=COMPETING)
@@ -145,6 +147,7 @@ def test_a_cause_is_named_beside_something_unknown(real: Machine, sound: tuple[R
     assert moment.low < HIDDEN.moment_kg_m < moment.high
 
 
+@pytest.mark.slow
 def test_no_cause_is_invented_for_what_is_unknown(real: Machine, sound: tuple[Recording, ...]) -> None:
     faulty = _with_random_lines(recorded(real, SPEEDS_RPM, seed=101, **HOW), seed=6)
     answer = explain_gap(Campaign(faulty, sound), amb_rotor, only=COMPETING)

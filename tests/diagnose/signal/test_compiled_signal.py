@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import pytest
+
 _SIGNALS = """
 import numpy as np
 from rotorwise.diagnose.signal.order_map import order_map
@@ -22,6 +24,7 @@ def _numbers(text: str) -> list[float]:
     return [float(line) for line in text.split()]
 
 
+@pytest.mark.slow
 def test_signals_are_looked_at_where_nothing_can_be_kept(
     printed_usually: Callable[[str], str], printed_with_nothing_kept: Callable[[str], str]
 ) -> None:

@@ -47,6 +47,7 @@ def test_two_leaks_are_never_more_than_all():
     assert run(Aliasing(leak=1.0), replace(given, leak=np.array([0.3]))).leak[0] == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_mesh_line_of_a_gearbox_folds_to_its_place():
     gearbox = find_machine("gearbox")
     rate, speed_rpm = 512.0, 1800.0
