@@ -243,6 +243,7 @@ def _levelled(seen: Posterior, prepared: Prepared, fits: Mapping[Names, Fit]) ->
             after = math.log(shares[names] / top) + more
             # Only nothing at all may pass: that takes a name away.
             shares[names] = top * math.exp(min(after, 0.0 if names else LARGEST))
+    unconfirmed = False
     if leading and "unknown" not in leading:
         rivals = [names for names in fits if names not in ((), leading) and "unknown" not in names][:RIVALS]
         own, *others = predicted_db([fits[names] for names in (leading, *rivals)], prepared)
@@ -250,8 +251,9 @@ def _levelled(seen: Posterior, prepared: Prepared, fits: Mapping[Names, Fit]) ->
         least = 0.0 if prepared.predictor.repeats(prepared.baseline.machine) else AS_GOOD_DB
         if own <= least and _needs_nothing(seen):
             return _as_nothing(seen, leading)
-        if own <= (-WORSE_DB if leading in seen.held_out else 0.0):
+        if own <= (-WORSE_DB if leading in seen.held_out or _nothing_to_gain(seen) else 0.0):
             return _unnamed(seen, leading, _no_nearer(leading))
+        unconfirmed = leading not in seen.held_out and own <= 0
         for names, other in zip(rivals, others, strict=True):
             fewer, behind = set(names) < set(leading), fits[leading].log_evidence - fits[names].log_evidence
             if fewer and _others_stand_out(seen.held_out.get(names)):
@@ -266,7 +268,8 @@ def _levelled(seen: Posterior, prepared: Prepared, fits: Mapping[Names, Fit]) ->
     text = f"The held-out conditions are predicted better by {said} than by {_said(leading)}."
     if any(shares[names] > top for names in level if names):
         text += " For that it stands in front: the gain on these conditions is then no independent one."
-    return _with(seen, shares), ((text,) if level and leading else ())
+    remarks = (text,) if level and leading else ()
+    return _with(seen, shares), (*remarks, *([_SILENT.format(_said(leading))] if unconfirmed else []))
 
 
 def _needs_nothing(seen: Posterior) -> bool:
@@ -275,6 +278,19 @@ def _needs_nothing(seen: Posterior) -> bool:
     return there is not None and there.chance > MISFIT and chance_of_residual(seen.none) > GOOD
 
 
+def _nothing_to_gain(seen: Posterior) -> bool:
+    """Return whether the held-out lines are as the machine makes them without any effect.
+
+    An effect that is not to be seen there, as a clearance that closes at other speeds, then predicts just that.
+    """
+    there = seen.held_out.get(())
+    return there is not None and there.chance > GOOD
+
+
+_SILENT = (
+    "In the held-out conditions nothing differs from the calibrated machine, and with {} hardly anything should: they "
+    "do not confirm it."
+)
 _NO_NEARER = (
     "{} makes the fitted lines likelier, but the held-out conditions are predicted no better with it, and without any "
     "effect only noise is left: no name."

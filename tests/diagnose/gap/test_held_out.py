@@ -142,6 +142,19 @@ def test_without_a_density_the_gain_has_to_be_one_where_nothing_is_missed(monkey
     assert bool(remarks) is (kind == "none")
 
 
+@pytest.mark.parametrize(("own", "left_by_nothing", "kind"), [(-0.1, 0.9, "one cause"), (-1.2, 0.9, "unknown"),
+                                                              (-0.1, 1e-4, "unknown")])  # fmt: skip
+def test_where_nothing_is_missed_in_the_held_out_lines_only_they_confirm_nothing(
+    monkeypatch, own, left_by_nothing, kind
+):
+    # A contact in time that is closed at the speed held out: it makes nothing there, and nothing is there.
+    shares = {LEFT: 0.97, (): 0.02, UNKNOWN: 0.01}
+    monkeypatch.setattr(held_out, "chance_of_residual", lambda _: 1e-4)
+    found, remarks = _after(monkeypatch, shares, {(): 4.5}, gains={LEFT: own}, chance=left_by_nothing)
+    assert judged(found.probabilities)[0] == kind
+    assert ("do not confirm it" in "".join(remarks)) is (kind == "one cause")
+
+
 @pytest.mark.parametrize(("own", "kind"), [(-0.8, "one cause"), (-1.2, "unknown")])
 def test_a_name_with_which_the_held_out_lines_are_clearly_farther_is_none(monkeypatch, own, kind):
     shares = {LEFT: 0.97, (): 0.02, UNKNOWN: 0.01}
