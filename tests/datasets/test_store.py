@@ -341,6 +341,7 @@ def test_memory_is_a_location(whole: Path) -> None:
         build(SMALL, "memory://rotorwise/b", workers=1)
 
 
+@pytest.mark.slow
 def test_s3_is_a_location(bucket: str, whole: Path) -> None:
     build(SMALL, f"{bucket}/sets/a", workers=1, limit=25)
     store = build(SMALL, f"{bucket}/sets/a", workers=2)

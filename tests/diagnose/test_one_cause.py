@@ -199,12 +199,12 @@ def test_a_probe_on_a_turning_part_has_no_zone_of_a_housing(make: Make) -> None:
 @pytest.mark.parametrize(
     ("machine", "speed_rpm", "load", "effect", "truth"),
     [
-        ("gearbox", 2100.0, 25.0, "unbalance:moment_kg_m=1e-3", {"unbalance"}),
+        pytest.param("gearbox", 2100.0, 25.0, "unbalance:moment_kg_m=1e-3", {"unbalance"}, marks=pytest.mark.slow),
         ("gearbox", 2100.0, 25.0, "coupling_misalignment:offset_m=3e-4", {"misalignment"}),
-        ("gearbox", 1350.0, 45.0, "clearance_growth", {"looseness"}),
+        pytest.param("gearbox", 1350.0, 45.0, "clearance_growth", {"looseness"}, marks=pytest.mark.slow),
         ("gearbox", 1350.0, 45.0, "inner_race_defect", {"bearing_inner_race"}),
         ("gearbox", 2100.0, 45.0, "tooth_crack@pinion", {"gear_tooth_fault"}),
-        ("gearbox", 2100.0, 45.0, "wear", {"gear_wear"}),
+        pytest.param("gearbox", 2100.0, 45.0, "wear", {"gear_wear"}, marks=pytest.mark.slow),
         ("test_rig", 2100.0, None, "outer_race_defect@bearing_a", {"bearing_outer_race"}),
         ("rigid_coupling", 2700.0, None, "rub", {"rub"}),
     ],

@@ -65,6 +65,7 @@ def test_whirl_turns_a_little_under_half_the_shaft_speed(index: int) -> None:
     assert quiet[(axis > 0.2 * speed_hz) & (axis < 0.6 * speed_hz)].max() < spectrum[below].max() / signal.size / 3
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_case() -> None:
     first, second = (build_case(11, 4, "looseness") for _ in range(2))
     assert np.array_equal(first.recording.signals, second.recording.signals)

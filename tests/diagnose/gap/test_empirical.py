@@ -150,6 +150,7 @@ def test_a_force_of_one_direction_and_another_law_is_found_as_such(healthy):
     assert (made.order, made.direction_rad) == (2.0, pytest.approx(math.pi / 2))
 
 
+@pytest.mark.slow
 def test_without_a_tacho_nothing_is_added_and_it_says_why(healthy):
     answer = _explained(HIDDEN, healthy, tacho=False)
     assert answer.kind == "unknown"

@@ -65,6 +65,7 @@ def test_what_keeps_being_missed_is_no_reason_to_change_supports_but_unbalance_s
     assert added.values()["moment_y_kg_m"] == pytest.approx(OFF_BALANCE.moment_y_kg_m, abs=1.5e-6)
 
 
+@pytest.mark.slow
 def test_weight_and_own_unbalance_and_pulse_anywhere_are_told_together() -> None:
     # As given the machine has no weight and its unbalance points along x: far from the lines at the right place.
     real = amb_rotor.with_parameters(unbalance_angle_rad=2.6).with_effects(Gravity())

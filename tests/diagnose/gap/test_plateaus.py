@@ -38,7 +38,7 @@ def test_of_what_is_equal_everywhere_all_is_possible():
     assert last - first + 1 == PLACES
 
 
-@pytest.mark.parametrize("bolt", [0, 3])
+@pytest.mark.parametrize("bolt", [0, pytest.param(3, marks=pytest.mark.slow)])
 def test_a_lost_bolt_is_told_to_its_neighbours(bolt):
     machine = find_machine("rigid_coupling")
     angle = bolt * math.pi / 2 + 0.2

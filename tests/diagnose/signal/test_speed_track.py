@@ -34,6 +34,7 @@ def errors(found, speed_hz: np.ndarray) -> np.ndarray:
     return np.abs(found.speed_hz / np.interp(found.time_s, TIME, speed_hz) - 1)
 
 
+@pytest.mark.slow
 def test_a_slow_shaft_is_not_taken_for_one_of_twice_its_speed():
     """30 to 54 rpm: half a second holds no turn of it, and at twice the speed all was said to be well."""
     rate = 500.0

@@ -106,7 +106,7 @@ def test_unbalance_response_is_the_closed_form():
         assert np.abs(run.probe(probe) - wave).max() < 3e-5 * np.abs(wave).max()
 
 
-@pytest.mark.parametrize("method", ["Radau", "LSODA", "CVODE"])
+@pytest.mark.parametrize("method", [pytest.param("Radau", marks=pytest.mark.slow), "LSODA", "CVODE"])
 def test_run_up_agrees_with_an_implicit_solver(method):
     if method == "CVODE" and importlib.util.find_spec("sksundae") is None:
         pytest.skip("scikit-sundae is not installed")
