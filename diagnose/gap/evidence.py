@@ -279,22 +279,18 @@ def law_columns(compared: Comparison, response: np.ndarray, *, idealised: bool) 
     weaker[:, int(np.argmax(power[0]))] = False
     orders = (law[present, None] * whole)[weaker]
     probes = (apart[present, None, None] * each).reshape(-1, each.shape[-1])
-    scattered = compared.whitened(_scattered_sizes(compared.lines, response))
+    scattered = compared.whitening.of_each(_scattered_sizes(compared.lines, response))
     transfer = compared.transfer.at_least(compared.inexact * IDEALISED_TRANSFER if idealised else 0.0)
-    passed = transfer.directions(response, compared.lines.conditions)
-    wrongly = compared.whitened(np.concatenate([passed, 1j * passed]))
+    wrongly = compared.whitening.at_places(*transfer.directions(response, compared.lines.conditions))
     columns = np.concatenate([orders, probes, scattered, wrongly])
     return columns[(columns**2).sum(axis=1) > 1e-3]
 
 
 def _scattered_sizes(lines: OrderLines, response: np.ndarray) -> np.ndarray:
-    """Return each line without phase as far as it may be wrong in one condition at one probe alone, (lines, ...)."""
+    """Return by how much each line without phase may be wrong in one condition at one probe alone; 0 for others."""
     phase = np.array([kind.phase for kind in lines.kinds])
     size = np.where(phase | ~lines.seen, 0.0, TOLERANCE_OF_A_SIZE * np.abs(response))
-    which = np.nonzero(size > LEAST_SCATTER * lines.deviations)
-    found = np.zeros((which[0].size, *response.shape), dtype=complex)
-    found[(np.arange(which[0].size), *which)] = size[which]
-    return found
+    return np.where(size > LEAST_SCATTER * lines.deviations, size, 0.0)
 
 
 def strength_columns(compared: Comparison, response: np.ndarray) -> np.ndarray:
@@ -327,14 +323,30 @@ class Widened:
     directions: np.ndarray
 
     @cached_property
-    def _inner(self) -> np.ndarray:
-        return np.eye(self.directions.shape[0]) + self.directions @ self.directions.T
+    def _is_many(self) -> bool:
+        """Whether there are more directions than reals."""
+        return self.directions.shape[0] > self.directions.shape[1]
+
+    @cached_property
+    def _lower(self) -> np.ndarray:
+        """Lower Cholesky factor of I + D' D, or of I + D D', whichever is smaller; not numbers where D holds none."""
+        d = self.directions
+        inner = d.T @ d if self._is_many else d @ d.T
+        try:
+            return np.linalg.cholesky(np.eye(inner.shape[0]) + inner)
+        except np.linalg.LinAlgError:
+            return np.full(inner.shape, np.nan)
 
     def solve(self, vectors: np.ndarray) -> np.ndarray:
         """Return (I + D' D)^-1 v for vectors (..., reals)."""
+        from scipy.linalg import cho_solve
+
         if not self.directions.size:
             return vectors
-        inside = np.linalg.solve(self._inner, self.directions @ vectors.reshape(-1, vectors.shape[-1]).T)
+        flat = vectors.reshape(-1, vectors.shape[-1]).T
+        if self._is_many:
+            return cho_solve((self._lower, True), flat, check_finite=False).T.reshape(vectors.shape)
+        inside = cho_solve((self._lower, True), self.directions @ flat, check_finite=False)
         return vectors - (inside.T @ self.directions).reshape(vectors.shape)
 
     def standardised(self, vector: np.ndarray, factor: np.ndarray) -> np.ndarray:
@@ -344,14 +356,13 @@ class Widened:
         part of one line again.
         """
         back = lower_solved(factor, np.eye(vector.size))
-        inside = np.linalg.solve(self._inner, self.directions @ back)
-        precision = (back**2).sum(axis=0) - np.einsum("dr,dr->r", self.directions @ back, inside)
+        precision = np.einsum("rn,rn->r", back.T, self.solve(back.T))
         return back.T @ self.solve(vector) / np.sqrt(np.maximum(precision, 1e-300))
 
     @property
     def log_determinant(self) -> float:
         """Return ln |I + D' D|."""
-        return float(np.linalg.slogdet(self._inner)[1]) if self.directions.size else 0.0
+        return 2 * float(np.log(np.diag(self._lower)).sum()) if self.directions.size else 0.0
 
 
 def log_density(compared: Comparison, residual: np.ndarray, widened: Widened) -> float:

@@ -28,6 +28,7 @@ from .size_scale import to_scale
 from .stepped import (
     Run,
     Stepped,
+    by_themselves,
     grows_without_bound,
     keep_lately,
     lines_of_record,
@@ -365,7 +366,7 @@ class Predictor:
         found, count = motions(runs) if runs else [], len(self.conditions)
         now = {key: found[i * count : (i + 1) * count] for i, key in enumerate(new)}
         for kept in recurring & now.keys():
-            self._stepped[kept] = now[kept]
+            self._stepped[kept] = by_themselves(now[kept])
         for key, machine, base in wanted:
             lengths = least_lengths(machine, self.conditions)
             own = now.get(stepped_key(machine, lengths)) or self._stepped[stepped_key(machine, lengths)]

@@ -49,6 +49,11 @@ def stepped_key(machine: Machine, lengths_s: tuple[float, ...]) -> Stepped:
     return moving_part(machine).to_toml(), lengths_s
 
 
+def by_themselves(runs: Sequence[Simulation | None]) -> list[Simulation | None]:
+    """Return motions that hold no memory but their own: they come out of the stepper as parts of all its lanes."""
+    return [run and replace(run, signals=run.signals.copy()) for run in runs]
+
+
 def keep_lately(known: dict[Stepped, list[Simulation | None]], used: Iterable[Stepped]) -> None:
     """Put the motions that were used last at the end, and forget those at the beginning beyond `KEPT_BYTES`."""
     for key in used:

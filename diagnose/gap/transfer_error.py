@@ -57,10 +57,19 @@ class TransferError:
         """Return one that is nowhere smaller than a share."""
         return replace(self, share=np.maximum(self.share, share))
 
-    def directions(self, response: np.ndarray, conditions: tuple[Condition, ...]) -> np.ndarray:
+    def directions(self, response: np.ndarray, conditions: tuple[Condition, ...]) -> tuple[np.ndarray, np.ndarray]:
         """Return independent errors of a response, each of standard deviation 1, up to their complex phase.
 
-        Both shapes end in (conditions, probes, orders).
+        Parameters
+        ----------
+        response : ndarray (conditions, probes, orders), complex
+        conditions : tuple of Condition
+
+        Returns
+        -------
+        errors : ndarray (places, ways, conditions), complex
+        places : ndarray of int (places, 2)
+            Probe and order of the only line that each of them changes.
         """
         size = (np.abs(response) ** 2).sum(axis=0)
         largest = np.argmax(np.where(self.beside[:, :, None], size[None], -1.0), axis=1)
@@ -68,11 +77,9 @@ class TransferError:
         values, vectors = np.linalg.eigh(similarity(conditions, self.length))
         ways = (vectors * np.sqrt(np.maximum(values, 0.0)))[:, values > 1e-3 * values.max()].T
         places = np.argwhere(present & (self.share > LEAST))
-        wrong = np.zeros((len(places), len(ways), *response.shape), dtype=complex)
-        for row, (probe, order) in enumerate(places):
-            as_large = response[:, largest[probe, order], order]
-            wrong[row, :, :, probe, order] = self.share[probe, order] * ways * as_large
-        return wrong.reshape(-1, *response.shape)
+        probe, order = places.T
+        as_large = response[:, largest[probe, order], order].T
+        return self.share[probe, order, None, None] * ways * as_large[:, None], places
 
 
 def none_of(lines: OrderLines) -> TransferError:

@@ -40,6 +40,39 @@ class Whitening:
         found = self._apart(response, 1)
         return found.reshape(2, self.parts.shape[3], self.parts.shape[2], -1)
 
+    def of_each(self, sizes: np.ndarray) -> np.ndarray:
+        """Return the whitened vector of each line alone, of those that are not zero, (lines, reals).
+
+        ``sizes`` (conditions, probes, orders) are real.
+        """
+        place, _, inverse = self._pieces
+        flat = stacked(sizes.astype(complex), self.parts)[place]
+        rows = np.flatnonzero(flat)
+        return flat[rows, None] * inverse[rows]
+
+    def at_places(self, values: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """Return the whitened vectors of lines of one order at one probe alone, and of each turned by a quarter.
+
+        Parameters
+        ----------
+        values : ndarray (places, ways, conditions), complex
+        places : ndarray of int (places, 2)
+            Probe and order of each.
+
+        Returns
+        -------
+        ndarray (2 x places x ways, reals)
+        """
+        _, edges, inverse = self._pieces
+        found = np.zeros((2, *values.shape[:2], inverse.shape[1]))
+        for number, (probe, order) in enumerate(places.tolist()):
+            piece = order * self.parts.shape[2] + probe
+            real, imaginary = self.parts[:, :, probe, order]
+            for turn, own in enumerate((values[number], 1j * values[number])):
+                flat = np.concatenate([own.real[:, real], own.imag[:, imaginary]], axis=1)
+                found[turn, number] = flat @ inverse[edges[piece] : edges[piece + 1]]
+        return found.reshape(-1, inverse.shape[1])
+
     def _apart(self, response: np.ndarray, together: int) -> np.ndarray:
         """Return the whitened vectors of so many neighbouring pieces of a response, of each with the others zero.
 

@@ -124,12 +124,13 @@ def test_healthy_conditions_of_a_wider_range_of_loads_leave_a_covariance():
     assert np.linalg.eigvalsh(found.covariance)[0] > 0
 
 
-def test_widened_density_is_the_plain_gaussian_one():
+@pytest.mark.parametrize("count", [3, 40])
+def test_widened_density_is_the_plain_gaussian_one(count):
     from scipy.stats import multivariate_normal
 
     lines = _lines((600.0, 900.0))
     compared = comparison(lines, _baseline(2, np.ones(2), np.zeros(2)), None, None, np.full((2, 2), 0.1))
-    directions = 0.5 * GENERATOR.normal(size=(3, compared.residual.size))
+    directions = 0.5 * GENERATOR.normal(size=(count, compared.residual.size))
     widened = Widened(directions)
     inside = np.eye(compared.residual.size) + directions.T @ directions
     assert widened.solve(compared.residual) == pytest.approx(np.linalg.solve(inside, compared.residual))

@@ -173,3 +173,17 @@ def test_run_out_of_a_slower_shaft_is_at_its_own_order():
     record = record_of_signals(np.zeros((2, phase.size)), gearbox, channels, **how)
     shown = run_chain(record, sensor_effects(on_wheel), samples=phase.size, seed=0).signals
     np.testing.assert_allclose(shown, 1e-4 * np.stack([np.cos(ratios[0] * phase), 0 * phase]), atol=1e-12)
+
+
+def test_motions_that_are_kept_hold_no_memory_but_their_own():
+    # As parts of all lanes that were simulated beside them they would hold all of these: gigabytes in a search.
+    predictor = _predictor("rigid_coupling", (900.0, 1300.0), 2000.0)
+    machine = find_machine("rigid_coupling")
+    chain = make_effect("mains_hum", {})
+    unheard = [
+        machine.with_effects(make_effect("twice_line_force", {"force_n": force}), chain) for force in (20.0, 40.0)
+    ]
+    predictor._simulate([(one.to_toml(), one, None) for one in unheard], smooth=False)
+    kept = [run for runs in predictor._stepped.values() for run in runs if run is not None]
+    assert len(kept) == 4
+    assert all(run.signals.base is None for run in kept)

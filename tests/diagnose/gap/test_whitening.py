@@ -63,6 +63,32 @@ def test_pieces_add_up(whitening: Whitening, response: np.ndarray) -> None:
     assert whitening.of_probes(response).sum(axis=2) == pytest.approx(whitening.of_orders(response), abs=1e-10)
 
 
+def test_single_lines_are_the_whole_of_a_response_without_the_others(
+    whitening: Whitening, response: np.ndarray
+) -> None:
+    sizes = np.where(whitening.parts[0], np.abs(response), 0.0)
+    units = np.zeros((int(whitening.parts[0].sum()), *sizes.shape), dtype=complex)
+    places = np.nonzero(sizes)
+    units[(np.arange(len(units)), *places)] = sizes[places]
+    expected, found = whitening.whole(units), whitening.of_each(sizes)
+    assert found.T @ found == pytest.approx(expected.T @ expected, rel=1e-9, abs=1e-12)
+    assert whitening.of_each(0 * sizes).shape == (0, whitening.factor.shape[0])
+
+
+def test_lines_of_one_order_at_one_probe_are_that_of_a_response_without_the_others(whitening: Whitening) -> None:
+    random = np.random.default_rng(3)
+    places = np.array([[0, 0], [2, 1], [3, 4], [1, 3]])
+    values = random.normal(size=(4, 2, CONDITIONS)) + 1j * random.normal(size=(4, 2, CONDITIONS))
+    alone = np.zeros((4, 2, CONDITIONS, PROBES, ORDERS), dtype=complex)
+    for number, (probe, order) in enumerate(places):
+        alone[number, :, :, probe, order] = values[number]
+    alone = alone.reshape(8, CONDITIONS, PROBES, ORDERS)
+    expected = whitening.whole(np.concatenate([alone, 1j * alone]))
+    assert whitening.at_places(values, places) == pytest.approx(expected, rel=1e-9, abs=1e-12)
+    none = whitening.at_places(np.zeros((0, 2, CONDITIONS), dtype=complex), np.zeros((0, 2), dtype=int))
+    assert none.shape == (0, whitening.factor.shape[0])
+
+
 def test_nothing_stays_nothing(whitening: Whitening, response: np.ndarray) -> None:
     assert not whitening.of_orders(0 * response).any()
     assert not whitening.of_orders(response)[:, 3].any()

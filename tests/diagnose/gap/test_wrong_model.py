@@ -39,22 +39,24 @@ def test_directions_have_the_covariance_that_is_meant() -> None:
     response[:, 1] *= 1e-3
     conditions = tuple(Condition(speed) for speed in (1000.0, 1100.0, 3000.0))
     share = np.array([[0.3], [0.2]])
-    alone = TransferError(share, np.eye(2, dtype=bool)).directions(response, conditions)
+    alone, places = TransferError(share, np.eye(2, dtype=bool)).directions(response, conditions)
+    assert places.tolist() == [[0, 0], [1, 0]]
     distance = np.log([1.0, 1.1, 3.0])[:, None] - np.log([1.0, 1.1, 3.0])[None, :]
     alike = np.exp(-0.5 * (distance / 0.2) ** 2)
     for probe in (0, 1):
-        own = alone[:, :, probe, 0]
+        own = alone[probe]
         wanted = share[probe, 0] ** 2 * alike * np.outer(response[:, probe, 0], response[:, probe, 0].conj())
         np.testing.assert_allclose(own.T @ own.conj(), wanted, rtol=5e-3, atol=5e-3 * np.abs(wanted).max())
     # Two probes at one place: what hardly moves may be as wrong as what moves.
-    both = TransferError(share, np.ones((2, 2), dtype=bool)).directions(response, conditions)
-    own = both[:, :, 1, 0]
+    both, _ = TransferError(share, np.ones((2, 2), dtype=bool)).directions(response, conditions)
+    own = both[1]
     np.testing.assert_allclose(np.diag(own.T @ own.conj()).real, 0.2**2 * np.abs(response[:, 0, 0]) ** 2, rtol=5e-3)
 
 
 def test_a_small_share_adds_nothing() -> None:
     error = TransferError(np.full((1, 1), 0.005), np.eye(1, dtype=bool))
-    assert error.directions(np.ones((2, 1, 1), dtype=complex), (Condition(600.0), Condition(900.0))).size == 0
+    found, places = error.directions(np.ones((2, 1, 1), dtype=complex), (Condition(600.0), Condition(900.0)))
+    assert found.size == places.size == 0
 
 
 # ---- a machine that is not the model ----
