@@ -41,6 +41,8 @@ MAIN_LOBE = 2.0
 SKIRT = 4.0
 #: Share of its distance from an order by which a line must be clear of the order's wander for a record to tell it.
 APART = 0.25
+#: Share of an order's wander beyond which a band that begins there does not overlap it: rounding.
+TOUCHING = 0.999
 #: Distance to the nearest locked order that a band keeps, as a share; half orders are locked up to this order.
 KEPT_CLEAR = 0.8
 HALVES_TO = 6.5
@@ -93,7 +95,7 @@ def line_sizes(
     bands: dict[int, tuple[float, float]] = {}
     for column, (order, kind) in enumerate(zip(orders, kinds, strict=True)):
         frequency = abs(order * speed_hz + kind.frequency_hz)
-        half = _half_width(frequency, speed_hz, resolution, kind)
+        half = _half_width(order, speed_hz, resolution, kind)
         highest = HIGHEST_SHARE * rate_hz * (0.5 if kind.envelope else 1.0)
         if half <= 0 or frequency + FLOOR_WIDTHS * half > highest or frequency < FEWEST_PERIODS * resolution:
             continue
@@ -104,7 +106,9 @@ def line_sizes(
             bands[column] = frequency, half
     if doubted:
         _doubt_neighbours(sizes, deviations, bands, MAIN_LOBE * resolution)
-        _doubt_beside_orders(sizes, deviations, bands, locked[0] * speed_hz, spectra[False], resolution)
+        beside = [order for order, kind in zip(orders, kinds, strict=True) if _is_beside_mesh(order, kind)]
+        large = np.concatenate([locked[0], np.unique(beside)]) * speed_hz
+        _doubt_beside_orders(sizes, deviations, bands, large, spectra[False], resolution)
     return sizes, deviations
 
 
@@ -164,7 +168,8 @@ def _doubt_beside_orders(
             beside = np.abs(frequency - edge) <= 1.5 * resolution_hz
             rises = power[:, beside & ~inside].max(axis=1, initial=0.0) > power[:, inside].max(axis=1, initial=0.0)
             rest = 2 * np.sqrt(power[:, around].sum(axis=1))
-            larger = np.where((rest > sizes[:, column]) & (rises | (beyond[number] < reach)), rest, 0.0)
+            overlaps = beyond[number] < TOUCHING * reach
+            larger = np.where((rest > sizes[:, column]) & (rises | overlaps), rest, 0.0)
             deviations[:, column] = np.hypot(deviations[:, column], larger)
 
 
@@ -253,10 +258,19 @@ def line_power(signals: np.ndarray) -> np.ndarray:
     return np.abs(spectrum) ** 2 / (signals.shape[1] * float((window**2).sum()))
 
 
-def _half_width(frequency_hz: float, speed_hz: float, resolution_hz: float, kind: LineKind) -> float:
+def _is_beside_mesh(order: float, kind: LineKind) -> bool:
+    """Return whether a line stands at a distance in Hz from an order that is not taken off, as a gear mesh."""
+    return order > HALVES_TO and kind.frequency_hz != 0 and not kind.envelope
+
+
+def _half_width(order: float, speed_hz: float, resolution_hz: float, kind: LineKind) -> float:
     """Return the half width of a line's band; 0 where a locked order lies too close."""
+    frequency_hz = abs(order * speed_hz + kind.frequency_hz)
     least = LEAST_BINS * resolution_hz
     half = max((SLIP if kind.envelope else WANDER) * frequency_hz, least)
+    if _is_beside_mesh(order, kind):
+        # Both wander together; the band begins where the wander of the larger one ends.
+        half = max(min(half, abs(kind.frequency_hz) - WANDER * order * speed_hz), least)
     if kind.envelope or frequency_hz > HALVES_TO * speed_hz:
         return half
     clear = _clear(frequency_hz, speed_hz)

@@ -191,3 +191,42 @@ def test_at_a_rate_too_low_for_an_envelope_its_lines_are_not_seen():
     _, deviations = line_sizes(signals, orders=[2.95, 2.95], kinds=kinds, accelerations=[True], **options)
     assert np.isinf(deviations[0, 0])
     assert np.isfinite(deviations[0, 1])
+
+
+@pytest.mark.parametrize("speed_hz", [30.0, 37.0, 44.0, 60.0])
+@pytest.mark.parametrize(("share", "sideband"), [(5e-4, 0.0), (2e-4, 0.0), (2e-4, 0.1)])
+def test_the_wander_of_a_mesh_is_no_line_beside_it_and_hides_none(speed_hz, share, sideband):
+    random = np.random.default_rng(5)
+    seconds, rate_hz = 3.0, 10_000.0
+    time_s = np.arange(round(seconds * rate_hz)) / rate_hz
+    # Slower than 2 Hz and so little that a tacho with one pulse a turn tells nothing of it.
+    rates, phases = random.uniform(0.3, 2.0, 8), random.uniform(0, 2 * np.pi, 8)
+    wander = (
+        share
+        * np.sqrt(2 / 8)
+        * np.sum(
+            [
+                np.sin(2 * np.pi * rate * time_s + at) / (2 * np.pi * rate)
+                for rate, at in zip(rates, phases, strict=True)
+            ],
+            axis=0,
+        )
+    )
+    mesh = 2 * np.pi * 23 * speed_hz * (time_s + wander)
+    signal = np.cos(mesh) * (1 + sideband * np.cos(2 * np.pi * 5 * time_s))
+    signal = signal + 0.05 * random.normal(size=signal.size)
+    sizes, deviations = line_sizes(
+        signal[None],
+        rate_hz=rate_hz,
+        turns=speed_hz * time_s,
+        locked=(LOCKED, np.zeros((1, 3), dtype=complex)),
+        orders=[23.0, 23.0, 23.0],
+        kinds=[PLAIN, *(LineKind(phase=False, frequency_hz=away) for away in (-5.0, 5.0))],
+        accelerations=[True],
+    )
+    assert sizes[0, 0] == pytest.approx(1.0, rel=0.02)
+    if sideband:
+        assert sizes[0, 1:] == pytest.approx([sideband / 2] * 2, rel=0.2)
+    # Where the mesh wanders as far as the line is away, it is not told.
+    told = 0.004 * 23 * speed_hz + 2.5 / seconds < 5.0
+    assert list(sizes[0, 1:] > 3 * deviations[0, 1:]) == [bool(sideband) and told] * 2
