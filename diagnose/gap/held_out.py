@@ -251,7 +251,8 @@ def _levelled(seen: Posterior, prepared: Prepared, fits: Mapping[Names, Fit]) ->
         least = 0.0 if prepared.predictor.repeats(prepared.baseline.machine) else AS_GOOD_DB
         if own <= least and _needs_nothing(seen):
             return _as_nothing(seen, leading)
-        if own <= (-WORSE_DB if leading in seen.held_out or _nothing_to_gain(seen) else 0.0):
+        lost = WORSE_DB if leading in seen.held_out else AS_GOOD_DB if _nothing_to_gain(seen) else 0.0
+        if own <= -lost:
             return _unnamed(seen, leading, _no_nearer(leading))
         unconfirmed = leading not in seen.held_out and own <= 0
         for names, other in zip(rivals, others, strict=True):
