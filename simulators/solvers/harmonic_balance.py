@@ -254,9 +254,10 @@ def _motions(lanes: list[_Lane], count: int, revolutions: int) -> list[PeriodicM
             f"{', '.join(excited)} can excite a motion that does not repeat with the shaft; allowed: forces that "
             "follow it. Simulate the machine in time instead."
         )
+    # First, as it says whether there is a period.
+    forces = periodic_forces(systems, speeds_rad_s, instants_for(first, count), revolutions) if first.forces else None
     responding, growth = interface_responses(systems, speeds_rad_s, count, revolutions), np.zeros(len(systems))
-    if first.forces:
-        forces = periodic_forces(systems, speeds_rad_s, instants_for(first, count), revolutions)
+    if forces is not None:
         if first.is_linear:
             pushed = balanced_linear(forces, responding)
             residuals = np.where(np.isfinite(pushed).all(axis=(1, 2)), 0.0, np.nan)

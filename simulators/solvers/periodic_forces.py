@@ -14,6 +14,11 @@ from ..system import System
 
 #: Bytes of cosines and sines that are kept for the next machine at the same speeds, for each set of speeds.
 KEPT_BYTES = 32_000_000
+#: So many instants are worth a first look.
+MANY = 256
+#: Instants of a first look at whether forces repeat, and by which share of their distance they lie beside 0: there the
+#: sine of no order is zero at all of them, rounding beside rounding.
+FEW, BESIDE = 8, 0.381966
 
 
 @dataclass(frozen=True)
@@ -100,8 +105,24 @@ def periodic_forces(
     InvalidValueError
         When the signals do not repeat after so many revolutions.
     """
+    parameters = [np.array([one.forces[k].parameters for one in systems]).T for k in range(len(systems[0].forces))]
+    if instants >= MANY:
+        # A drive in which something never repeats is told so before all else is computed.
+        _signals(systems, speeds_rad_s, parameters, FEW, revolutions, BESIDE)
+    signals = _signals(systems, speeds_rad_s, parameters, instants, revolutions)
+    return PeriodicForces(tuple(systems), signals, tuple(parameters))
+
+
+def _signals(
+    systems: Sequence[System],
+    speeds_rad_s: Sequence[float],
+    parameters: Sequence[np.ndarray],
+    instants: int,
+    revolutions: int,
+    beside: float = 0.0,
+) -> tuple[np.ndarray, ...]:
+    """Return the signals of each force at instants that lie a share ``beside`` of their distance after the usual."""
     forces, lanes = systems[0].forces, len(systems)
-    parameters = [np.array([system.forces[k].parameters for system in systems]).T for k in range(len(forces))]
     together: dict[tuple[object, ...], list[int]] = {}
     for k, force in enumerate(forces):
         counts = tuple(force.parameters[i] for i in force.law.counts)
@@ -109,7 +130,7 @@ def periodic_forces(
     signals: list[np.ndarray] = [np.zeros(0)] * len(forces)
     for group in together.values():
         law = forces[group[0]].law
-        timeline = _timeline(tuple(speeds_rad_s), instants, revolutions, len(group))
+        timeline = _timeline(tuple(speeds_rad_s), instants, revolutions, len(group), beside)
         branch = {"branch_rad": timeline.phase_rad} if law.jumps is not None else {}
         found = law.signals(timeline, np.concatenate([parameters[k] for k in group], axis=1), **branch)
         found = np.broadcast_to(found, (*found.shape[:2], len(group) * lanes))
@@ -118,7 +139,7 @@ def periodic_forces(
             _check(forces[k], first, second, revolutions)
             signals[k] = np.ascontiguousarray(first)
         _drop_many_orders(timeline)
-    return PeriodicForces(tuple(systems), tuple(signals), tuple(parameters))
+    return tuple(signals)
 
 
 def _check(force: InterfaceForce, first: np.ndarray, second: np.ndarray, revolutions: int) -> None:
@@ -138,11 +159,11 @@ def _check(force: InterfaceForce, first: np.ndarray, second: np.ndarray, revolut
         )
 
 
-@functools.lru_cache(maxsize=8)
-def _timeline(speeds_rad_s: tuple[float, ...], instants: int, revolutions: int, copies: int) -> Timeline:
+@functools.lru_cache(maxsize=16)
+def _timeline(speeds_rad_s: tuple[float, ...], instants: int, revolutions: int, copies: int, beside: float) -> Timeline:
     """Return two periods of each lane, the lanes so many times over; kept with the cosines it is asked for."""
     speed = np.tile(speeds_rad_s, copies)
-    turns = revolutions * np.arange(2 * instants) / instants
+    turns = revolutions * (np.arange(2 * instants) + beside) / instants
     phase = np.repeat(2 * np.pi * turns[:, None], speed.size, axis=1)
     still = np.zeros(phase.shape)
     return Timeline(phase / speed, phase, still + speed, still)
