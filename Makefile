@@ -10,7 +10,7 @@ PYTEST_ARGS ?=
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 
-.PHONY: demo test test-slow test-oldest lint clean
+.PHONY: demo test test-slow test-oldest test-oldest-some lint clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/stamp-run
@@ -47,6 +47,14 @@ test-oldest: .venv-oldest/stamp
 	$(TEST_ENV) .venv-oldest/bin/pytest -n auto --dist worksteal -m "not browser and not slow" \
 	  --ignore tests/simulators/solvers/test_gearbox_accuracy.py --ignore tests/datasets/test_store_lease.py \
 	  --ignore tests/diagnose/signal/test_critical_speed.py -k "$(NOT_OLDEST)" $(OLDEST) $(PYTEST_ARGS)
+
+# A part of it: reading, signals, learning and the machines once, a minute less.
+OLDEST_SOME := tests/datasets/test_readers_contract.py tests/datasets/test_recipe.py tests/signal/test_spectrum.py \
+  tests/signal/test_order_tracking.py tests/severity tests/diagnose/learning/test_classifier.py tests/diagnose/test_faults.py \
+  tests/simulators/machines
+
+test-oldest-some:
+	$(MAKE) test-oldest OLDEST="$(OLDEST_SOME)"
 
 .venv-oldest/stamp: tests/oldest.txt pyproject.toml | $(VENV)/stamp-venv
 	rm -rf .venv-oldest

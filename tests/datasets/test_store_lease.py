@@ -227,7 +227,8 @@ def builder(bucket: str, tmp_path: Path, request: pytest.FixtureRequest) -> Iter
     made.process.communicate()
 
 
-@pytest.mark.parametrize("builder", [pytest.param(1, marks=pytest.mark.slow), 2], indirect=True)
+@pytest.mark.parametrize("builder", [1, 2], indirect=True)
+@pytest.mark.slow
 def test_on_s3_a_build_is_alone_and_a_killed_one_blocks_nobody(
     builder: Builder, bucket: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -21,6 +21,8 @@ from rotorwise.diagnose.simulate_options import parse_chain, parse_effect, parse
 
 _HOUSINGS = tuple(f"housing_{name}_{axis}" for name in "ab" for axis in ("x", "y", "axial"))
 _EVIDENT = 0.15
+#: Rows with quicker ones of the kind beside them.
+_SLOW = ("gearbox eccentricity", "gearbox wear", "gearbox pitting", "gearbox looseness")
 
 
 @dataclass(frozen=True)
@@ -129,7 +131,8 @@ def record(tmp_path_factory: pytest.TempPathFactory) -> Record:
 
 
 def _marked(row: Row) -> object:
-    marks = pytest.mark.xfail(strict=True, raises=AssertionError, reason=row.why) if row.why else ()
+    marks = [pytest.mark.xfail(strict=True, raises=AssertionError, reason=row.why)] if row.why else []
+    marks += [pytest.mark.slow] if row.name in _SLOW else []
     return pytest.param(row, id=row.name, marks=marks)
 
 

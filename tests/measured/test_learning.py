@@ -30,6 +30,7 @@ def counted():
     return learning.totals([(one, learning.answers(one, model)) for one in learning.seen()])
 
 
+@pytest.mark.slow
 def test_both_find_every_bearing_fault_that_shows(counted) -> None:
     right, of = counted["bearing faults that show, right first"]["both"]
     assert of == 9

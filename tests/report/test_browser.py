@@ -107,6 +107,7 @@ def test_every_figure_is_drawn(show: Callable[..., Any], make: Any) -> None:
     assert drawn["spectrum"] == 3  # recording, baseline, noise floor
 
 
+@pytest.mark.slow
 def test_orders_within_a_turn_are_drawn_when_they_are_opened(show: Callable[..., Any], make: Any) -> None:
     from selenium.webdriver.support.ui import WebDriverWait
 
@@ -146,6 +147,7 @@ def test_cursor_box_hides_and_shows_its_group(show: Callable[..., Any], make: An
     assert page.execute_script(CURSORS, SPECTRUM, "cursor-2") == 5
 
 
+@pytest.mark.slow
 def test_cursor_box_works_from_the_keyboard(show: Callable[..., Any], make: Any) -> None:
     from selenium.webdriver.common.keys import Keys
 
@@ -154,6 +156,7 @@ def test_cursor_box_works_from_the_keyboard(show: Callable[..., Any], make: Any)
     assert page.execute_script(CURSORS, SPECTRUM, "cursor-0") == 0
 
 
+@pytest.mark.slow
 def test_switching_on_cursors_out_of_sight_brings_them_into_sight(show: Callable[..., Any], make: Any) -> None:
     page = show(make())
     end = f"return document.querySelector('{SPECTRUM} .canvas')._fullLayout.xaxis.range[1]"
@@ -200,6 +203,7 @@ def test_channel_selector_changes_the_curve(show: Callable[..., Any], make: Any)
     assert second == pytest.approx(list(expected), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_spectrum_opens_on_the_channel_that_carries_the_evidence(show: Callable[..., Any], make: Any) -> None:
     pictures = make.pictures()
     page = show(make(pictures=replace(pictures, spectra=pictures.spectra[::-1])))
@@ -220,6 +224,7 @@ def test_scale_axis_and_range_switches(show: Callable[..., Any], make: Any) -> N
     assert page.execute_script(state + "l.xaxis.range[1]") == pytest.approx(0.39 * 25600 / 29.532)
 
 
+@pytest.mark.slow
 def test_zooming_keeps_the_frequency_range_in_both_units(show: Callable[..., Any], make: Any) -> None:
     page = show(make())
     canvas = f"document.querySelector('{SPECTRUM} .canvas')"
@@ -230,6 +235,7 @@ def test_zooming_keeps_the_frequency_range_in_both_units(show: Callable[..., Any
     assert page.execute_script(f"return {canvas}._fullLayout.xaxis.range") == pytest.approx([50 / 29.532, 150 / 29.532])
 
 
+@pytest.mark.slow
 def test_evidence_sorts_both_ways_by_number(show: Callable[..., Any], make: Any) -> None:
     page = show(make())
     click(page, ".evidence thead th:nth-child(3) button")
@@ -265,6 +271,7 @@ def test_folder_draws_a_file_only_when_it_is_opened(show: Callable[..., Any], ma
     assert abs(top) < 50
 
 
+@pytest.mark.slow
 def test_trend_selector_shows_the_chosen_feature(show: Callable[..., Any], make: Any) -> None:
     page = show(*make.folder(4))
     trend = "[data-payload=all] [data-role=series]"
@@ -274,6 +281,7 @@ def test_trend_selector_shows_the_chosen_feature(show: Callable[..., Any], make:
     assert drawn == pytest.approx([1.5e-3, 2e-3, 2.5e-3, 3e-3])
 
 
+@pytest.mark.slow
 def test_dark_and_light_follow_the_system(show: Callable[..., Any], make: Any) -> None:
     from selenium.webdriver.support.ui import WebDriverWait
 
@@ -285,6 +293,7 @@ def test_dark_and_light_follow_the_system(show: Callable[..., Any], make: Any) -
     WebDriverWait(page, 20).until(lambda now: now.execute_script(paper) == "#ffffff")
 
 
+@pytest.mark.slow
 def test_printing_turns_a_dark_page_light(show: Callable[..., Any], make: Any) -> None:
     page = show(make(), dark=True)
     back = "return document.querySelector('.canvas')._fullLayout.paper_bgcolor"

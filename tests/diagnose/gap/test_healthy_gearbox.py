@@ -44,6 +44,7 @@ def test_run_out_of_the_pinion_is_found_by_its_twist(found: Extended) -> None:
     assert (own["sine_m"], own["cosine_m"]) == pytest.approx(RUN_OUT_M, abs=3e-7)
 
 
+@pytest.mark.slow
 def test_the_machine_s_own_parameters_are_not_bent_for_it(found: Extended) -> None:
     own = len(found.at_healthy.coordinates) - len(found.added)
     moved = (found.at_healthy.position - found.at_healthy.given)[:own]

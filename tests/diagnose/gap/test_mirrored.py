@@ -12,6 +12,7 @@ from rotorwise.simulators.machine import find_machine
 from .made_campaigns import recorded
 
 
+@pytest.mark.slow
 def test_a_direction_and_its_mirror_image_are_both_in_the_interval():
     machine = find_machine("amb_rotor")
     hidden = LoadFluctuation(radial_n=30.0, torque_n_m=0.05, frequency_hz=29.3, direction_rad=0.5)

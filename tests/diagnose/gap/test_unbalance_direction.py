@@ -55,7 +55,7 @@ def test_machines_without_an_unbalance_of_their_own_have_none() -> None:
     assert rig.angle.name == "residual_angle_rad"
 
 
-@pytest.mark.parametrize(("own_rad", "pulse_rad"), [(1.2, -1.5), (0.0, 2.0)])
+@pytest.mark.parametrize(("own_rad", "pulse_rad"), [pytest.param(1.2, -1.5, marks=pytest.mark.slow), (0.0, 2.0)])
 def test_the_pulse_and_the_unbalance_s_direction_are_told_apart(own_rad: float, pulse_rad: float) -> None:
     # The coupling's stiffness turns with the shaft and makes 2X of its own: 1X alone would not tell.
     factors = {name: factor * amb_rotor.values[name] for name, factor in OFF.items()}

@@ -38,7 +38,13 @@ def _explained(given: Machine, real: Machine, pulse_rad: float) -> GapResult:
 
 
 @pytest.mark.parametrize(
-    ("name", "pulse_rad"), [("rigid_coupling", 2.0), ("rigid_coupling", 0.3), ("amb_rotor", 2.0), ("amb_rotor", 0.1)]
+    ("name", "pulse_rad"),
+    [
+        ("rigid_coupling", 2.0),
+        ("rigid_coupling", 0.3),
+        pytest.param("amb_rotor", 2.0, marks=pytest.mark.slow),
+        ("amb_rotor", 0.1),
+    ],
 )
 def test_a_pulse_elsewhere_is_as_likely_as_any_cause(name, pulse_rad):
     given = find_machine(name)

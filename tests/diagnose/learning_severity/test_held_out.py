@@ -9,7 +9,6 @@ from rotorwise.diagnose.learning.severity.evaluation import score_targets, score
 from scipy.stats import binom
 
 
-@pytest.mark.slow
 def test_intervals_hold_the_truth_as_often_as_stated(trained):
     table = trained.held_out
     for name, one in trained.model.regressors.items():
@@ -21,7 +20,6 @@ def test_intervals_hold_the_truth_as_often_as_stated(trained):
         assert hits >= binom(truth.size, 0.87).ppf(1e-3), name
 
 
-@pytest.mark.slow
 def test_predicted_zones_are_those_of_the_machines(trained):
     score = score_zones(trained.model, trained.held_out)
     assert score is not None

@@ -96,7 +96,7 @@ def test_draws_reach_most_of_the_catalogue():
     assert len(drawn) > 0.9 * len(EFFECTS.keys() - set(OF_HEALTHY))
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", [*SEEDS[:4], *(pytest.param(own, marks=pytest.mark.slow) for own in SEEDS[4:])])
 @pytest.mark.parametrize("machine", MACHINES)
 def test_three_effects_together(machine, seed):
     check(machine, *draw(machine, seed))
