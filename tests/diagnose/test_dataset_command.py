@@ -51,7 +51,10 @@ def test_build_goes_on_and_info_tells(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals")
-@pytest.mark.parametrize(("number", "workers"), [(signal.SIGINT, "1"), (signal.SIGTERM, "2"), (signal.SIGINT, "2")])
+@pytest.mark.parametrize(
+    ("number", "workers"),
+    [(signal.SIGINT, "1"), pytest.param(signal.SIGTERM, "2", marks=pytest.mark.slow), (signal.SIGINT, "2")],
+)
 def test_a_stopped_build_ends_in_order(number: signal.Signals, workers: str, tmp_path: Path) -> None:
     # A job in the background of a shell inherits that Ctrl-C is ignored.
     heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"

@@ -200,7 +200,9 @@ def test_a_probe_on_a_turning_part_has_no_zone_of_a_housing(make: Make) -> None:
     ("machine", "speed_rpm", "load", "effect", "truth"),
     [
         pytest.param("gearbox", 2100.0, 25.0, "unbalance:moment_kg_m=1e-3", {"unbalance"}, marks=pytest.mark.slow),
-        ("gearbox", 2100.0, 25.0, "coupling_misalignment:offset_m=3e-4", {"misalignment"}),
+        pytest.param(
+            "gearbox", 2100.0, 25.0, "coupling_misalignment:offset_m=3e-4", {"misalignment"}, marks=pytest.mark.slow
+        ),
         pytest.param("gearbox", 1350.0, 45.0, "clearance_growth", {"looseness"}, marks=pytest.mark.slow),
         ("gearbox", 1350.0, 45.0, "inner_race_defect", {"bearing_inner_race"}),
         ("gearbox", 2100.0, 45.0, "tooth_crack@pinion", {"gear_tooth_fault"}),

@@ -37,6 +37,7 @@ def test_both_find_every_bearing_fault_that_shows(counted) -> None:
     assert right >= 0.95 * of
 
 
+@pytest.mark.slow
 def test_both_find_every_unbalance_against_a_baseline(counted) -> None:
     assert counted["unbalance against a baseline, right first"]["both"] == (12, 12)
 

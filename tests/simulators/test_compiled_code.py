@@ -16,6 +16,7 @@ for machine in (amb_rotor, amb_rotor.with_effects(effects.Rub())):
 """
 
 
+@pytest.mark.slow
 def test_a_simulation_runs_where_nothing_can_be_kept(
     printed_usually: Callable[[str], str], printed_with_nothing_kept: Callable[[str], str]
 ) -> None:

@@ -58,7 +58,7 @@ def test_a_pulse_elsewhere_is_as_likely_as_any_cause(name, pulse_rad):
         assert answer.kind == "none"
 
 
-@pytest.mark.parametrize("name", HIDDEN)
+@pytest.mark.parametrize("name", ["rigid_coupling", pytest.param("amb_rotor", marks=pytest.mark.slow)])
 def test_what_a_pulse_elsewhere_does_not_explain_is_found(name):
     given, hidden = find_machine(name), HIDDEN[name]
     answer = _explained(given, altered(given, share=0.02, seed=1).with_effects(hidden), 0.0)

@@ -9,6 +9,7 @@ from rotorwise.diagnose.learning.severity.evaluation import score_targets, score
 from scipy.stats import binom
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_as_often_as_stated(trained):
     table = trained.held_out
     for name, one in trained.model.regressors.items():
@@ -20,6 +21,7 @@ def test_intervals_hold_the_truth_as_often_as_stated(trained):
         assert hits >= binom(truth.size, 0.87).ppf(1e-3), name
 
 
+@pytest.mark.slow
 def test_predicted_zones_are_those_of_the_machines(trained):
     score = score_zones(trained.model, trained.held_out)
     assert score is not None
@@ -28,6 +30,7 @@ def test_predicted_zones_are_those_of_the_machines(trained):
     assert score.right >= 0.95 * score.away  # those 10 % or more away from a limit
 
 
+@pytest.mark.slow
 def test_what_is_too_small_to_see_gives_an_interval_that_holds_zero(trained):
     table = trained.held_out
     for name, one in trained.model.regressors.items():
@@ -38,6 +41,7 @@ def test_what_is_too_small_to_see_gives_an_interval_that_holds_zero(trained):
         assert np.mean(low[strong] > 0) > 0.5, name
 
 
+@pytest.mark.slow
 def test_large_offsets_are_estimated_within_a_factor(trained):
     """Twelve lines of four probes tell offset, angle and unbalance apart: far better than the amplitudes alone."""
     score = next(one for one in score_targets(trained.model, trained.held_out) if one.case == "with the fault")
