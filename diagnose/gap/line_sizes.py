@@ -106,8 +106,7 @@ def line_sizes(
             bands[column] = frequency, half
     if doubted:
         _doubt_neighbours(sizes, deviations, bands, MAIN_LOBE * resolution)
-        beside = [order for order, kind in zip(orders, kinds, strict=True) if _is_beside_mesh(order, kind)]
-        large = np.concatenate([locked[0], np.unique(beside)]) * speed_hz
+        large = np.append(locked[0], _meshes(orders, kinds)) * speed_hz
         _doubt_beside_orders(sizes, deviations, bands, large, spectra[False], resolution)
     return sizes, deviations
 
@@ -261,6 +260,11 @@ def line_power(signals: np.ndarray) -> np.ndarray:
 def _is_beside_mesh(order: float, kind: LineKind) -> bool:
     """Return whether a line stands at a distance in Hz from an order that is not taken off, as a gear mesh."""
     return order > HALVES_TO and kind.frequency_hz != 0 and not kind.envelope
+
+
+def _meshes(orders: Sequence[float], kinds: Sequence[LineKind]) -> np.ndarray:
+    """Return the orders that some line stands beside so."""
+    return np.unique([order for order, kind in zip(orders, kinds, strict=True) if _is_beside_mesh(order, kind)])
 
 
 def _half_width(order: float, speed_hz: float, resolution_hz: float, kind: LineKind) -> float:

@@ -26,7 +26,7 @@ CHANNELS = ("motor drive end, horizontal", "motor drive end, vertical", "pump dr
 class Maker:
     """Builds analyses; ``points`` is the length of each spectrum."""
 
-    def __init__(self, *, points: int = 5000) -> None:
+    def __init__(self, *, points: int = 20000) -> None:
         self.points = points
 
     def spectrum(self, channel: str, *, seed: int, gain: float = 1.0) -> Curve:
