@@ -14,7 +14,7 @@ import contextlib
 import functools
 import gc
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -86,6 +86,16 @@ class Timeline:
             else:
                 self._cached[key] = _cos_sin(key, self.phase_rad, self.advance_rad)
         return self._cached[key]
+
+
+def joined_timelines(parts: Sequence[Timeline]) -> Timeline:
+    """Return the instants of several timelines with as many lanes one after the other."""
+    return Timeline(
+        np.concatenate([one.time_s for one in parts]),
+        np.concatenate([one.phase_rad for one in parts]),
+        np.concatenate([one.speed_rad_s for one in parts]),
+        np.concatenate([one.acceleration_rad_s2 for one in parts]),
+    )
 
 
 def _cos_sin(order: float, phase_rad: np.ndarray, advance_rad: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:

@@ -15,7 +15,7 @@ from ...simulators.machine import Machine
 from ...simulators.solvers.blas import single_blas_thread
 from .envelope_noise import noise_of_records, not_of_the_fault
 from .evidence import Comparison
-from .first_look import explainable, reach
+from .first_look import explainable, in_the_middle, reach
 from .force_kernels import force_kernels
 from .found_lines import found_lines
 from .gain import measured_gain, useful_forces
@@ -147,14 +147,23 @@ def _competing(
     def reached(one: Candidate) -> float:
         return reach(one, own, few, screened.lines.deviations) if may_show(one, own, compared) else 0.0
 
-    every = candidates(
+    asked: list[Candidate] = []
+
+    def noted(one: Candidate) -> float:
+        asked.append(one)
+        return 1.0
+
+    every = functools.partial(
+        candidates,
         machine,
         without=without | ONLY_IN_WAVEFORM,
         probes=compared.lines.probes,
-        reach=reached,
         found_lines=lacking,
     )
-    return [one for one in every if may_show(one, own, compared)]
+    # All that will be asked for at once, as motions go side by side.
+    every(reach=noted)
+    few.prepare([in_the_middle(one, own) for one in asked if may_show(one, own, compared)])
+    return [one for one in every(reach=reached) if may_show(one, own, compared)]
 
 
 def prepare(
@@ -281,17 +290,15 @@ def _most_explaining(
     """
     in_time = []
     for one in competing:
-        middle = one.at(np.zeros(len(one.coordinates)))
-        if middle.STAGE == "sensor" and predictor.repeats(machine):
+        if one.effect.STAGE == "sensor" and predictor.repeats(machine):
             continue
-        if not predictor.repeats(machine.with_effects(middle)):
+        if not predictor.repeats(in_the_middle(one, machine)):
             in_time.append(one)
     if len(in_time) <= FOLLOWED_IN_TIME:
         return list(competing), []
-    share = {}
-    for number, one in enumerate(in_time):
-        tell(f"first look {number + 1} of {len(in_time)}: {one}")
-        share[one] = explainable(one, machine, predictor, screened)
+    tell(f"a first look at {len(in_time)} effects")
+    predictor.prepare([in_the_middle(one, machine) for one in in_time])
+    share = {one: explainable(one, machine, predictor, screened) for one in in_time}
     kept: list[Candidate] = []
     for one in sorted(in_time, key=lambda one: -share[one]):
         if len(kept) < FOLLOWED_IN_TIME and sum(other.name == one.name for other in kept) < PARTS_IN_TIME:

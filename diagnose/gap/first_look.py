@@ -14,10 +14,15 @@ from ...simulators.machine import Machine
 from .evidence import Comparison
 from .hypotheses import Candidate
 from .predict import Predictor, UnpredictableError
-from .responses import Responses
+from .responses import Responses, with_candidates
 
 #: An effect whose lines stay below this share of their deviation, at its median and far above it, is not looked at.
 INVISIBLE, STRONG = 0.3, 2.0
+
+
+def in_the_middle(candidate: Candidate, machine: Machine) -> Machine:
+    """Return the machine with the candidate's effect at the middle of its prior."""
+    return with_candidates(machine, [candidate], np.zeros(len(candidate.coordinates)))
 
 
 def explainable(candidate: Candidate, machine: Machine, predictor: Predictor, compared: Comparison) -> float:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -109,14 +110,20 @@ class Run:
 def motions(runs: Sequence[Run]) -> list[Simulation | None]:
     """Return every run's motion at the machine's probes; None where the simulation fails.
 
-    Runs of like machines go side by side.
+    Runs of like machines go side by side, those of other lengths and steps at the same time.
     """
     found: list[Simulation | None] = [None] * len(runs)
     kinds = [(run.rate_hz, run.smooth, run.step_s, run.duration_s) for run in runs]
+    parts: list[list[int]] = []
     for kind in dict.fromkeys(kinds):
         members = [i for i, own in enumerate(kinds) if own == kind]
-        for i, motion in zip(members, _side_by_side([runs[i] for i in members]), strict=True):
-            found[i] = motion
+        size = math.ceil(len(members) / THREADS)
+        parts += [members[first : first + size] for first in range(0, len(members), size)]
+    parts.sort(key=lambda part: -len(part) * runs[part[0]].duration_s)
+    with ThreadPoolExecutor(THREADS) as pool:
+        for part, own in zip(parts, pool.map(lambda part: _side_by_side([runs[i] for i in part]), parts), strict=True):
+            for i, motion in zip(part, own, strict=True):
+                found[i] = motion
     return found
 
 
@@ -132,7 +139,6 @@ def _side_by_side(runs: Sequence[Run]) -> list[Simulation | None]:
                 rate_hz=first.rate_hz,
                 step_s=first.step_s,
                 settle_s=settle,
-                threads=THREADS,
             )
         )
     except RotorwiseError:

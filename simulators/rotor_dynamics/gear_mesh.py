@@ -70,7 +70,8 @@ def _mesh_signals(timeline: Timeline, parameters: np.ndarray, *, branch_rad: np.
     local = timeline.phase_rad * pitches + parameters[_START] - tooth - np.where(is_first, 0.0, parameters[_CHANGE])
     stiffness = np.zeros(local.shape)
     for a, b in zip(first[::-1], second[::-1], strict=True):
-        stiffness = stiffness * local + np.where(is_first, a, b)
+        stiffness *= local
+        stiffness += np.where(is_first, a, b)
     teeth, pair_powers = int(parameters[_TEETH, 0]), int(parameters[_PAIR_POWERS, 0])
     at = _SERIES + 2 * powers
     series = at + pair_powers + teeth * (2 + 2 * pair_powers)
@@ -93,9 +94,15 @@ def _error_signals(
     for order, a, b, c, d in series.reshape(-1, _EACH, *series.shape[1:]):
         if a.any() or b.any() or c.any() or d.any():
             cos, sin = _harmonic(timeline, order, mesh_order, powers)
-            error = error + a * cos + b * sin
-            rate = rate + order * timeline.speed_rad_s * (b * cos - a * sin)
-            share = share + c * cos + d * sin
+            error += a * cos
+            error += b * sin
+            turned = (order * b) * cos
+            turned -= (order * a) * sin
+            rate += turned
+            if c.any() or d.any():
+                share += c * cos
+                share += d * sin
+    rate *= timeline.speed_rad_s
     return error, rate, share
 
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 
-from ..law import Timeline
+from ..law import Timeline, joined_timelines
 from ..speed_profile import SpeedProfile
 from .plan import ForcePlan, on_all_lanes
 from .tables import JUMP_POINTS
@@ -77,48 +80,91 @@ def _jump_events(
     phase = timeline.phase_rad[:, plan.distinct_columns(k)]
     branch = (phase[0:-1:2] + phase[2::2]) / 2
     found = [
-        _lane_events(plan, k, lane, half_times, phase[:, i], branch[:, i]) for i, lane in enumerate(plan.distinct[k][0])
+        _lane_jumps(plan, k, lane, half_times, phase[:, i], branch[:, i]) for i, lane in enumerate(plan.distinct[k][0])
     ]
+    parts = _both_branches(plan, k, found)
+    # Each instant on the branch of the step that begins there, or that it halves.
+    halves = np.concatenate([np.repeat(branch, 2, axis=0), branch[-1:]])
+    own = plan.distinct_signals(k, timeline, branch_rad=halves)
+    ends = own[:, 2::2].copy()
+    for i, (jumps, part) in enumerate(zip(found, parts, strict=True)):
+        ends[:, jumps.step[jumps.first], i] = part[jumps.first, 2, :, 0].T
+    place = slice(plan.rows[k, 5], plan.rows[k, 6])
+    for stage, values in enumerate((own[:, 0:-1:2], own[:, 1::2], ends)):
+        signals[:, stage, place] = np.moveaxis(on_all_lanes(plan, k, values), 0, 1)
     events, branches = [], []
-    for number, (step_and_left, parts) in enumerate(found):
+    for number, (jumps, part) in enumerate(zip(found, parts, strict=True)):
         lanes = np.flatnonzero(plan.distinct[k][1] == number)
-        count = step_and_left.shape[0]
-        own = np.empty((lanes.size, count, 4))
-        own[:, :, [0, 3]], own[:, :, 1], own[:, :, 2] = step_and_left, lanes[:, None], which
+        own = np.empty((lanes.size, jumps.step.size, 4))
+        own[:, :, 0], own[:, :, 1], own[:, :, 2], own[:, :, 3] = jumps.step, lanes[:, None], which, jumps.left_s
         events.append(own.reshape(-1, 4))
-        branches.append(np.tile(parts, (lanes.size, 1, 1, 1)))
-    place, steps = slice(plan.rows[k, 5], plan.rows[k, 6]), branch.shape[0]
-    for stage in range(3):
-        part = timeline.instants(slice(stage, stage + 2 * steps, 2))
-        own = plan.distinct_signals(k, part, branch_rad=branch)
-        signals[:, stage, place] = np.moveaxis(on_all_lanes(plan, k, own), 0, 1)
+        branches.append(np.tile(part, (lanes.size, 1, 1, 1)))
     return np.concatenate(events), np.concatenate(branches)
 
 
-def _lane_events(
+@dataclass(frozen=True)
+class _Jumps:
+    """The jumps of one force in one lane.
+
+    Attributes
+    ----------
+    lane : int
+    step : ndarray of int (jumps,)
+    left_s : ndarray (jumps,)
+        From the jump to the end of its step.
+    first : ndarray of bool (jumps,)
+        Whether it is the first one of its step.
+    time_s : ndarray (jumps, 3)
+        At the jump, half-way to the end and at the end of the step.
+    branch_rad : ndarray (2, jumps)
+        An angle on the branch before the jump and on that behind it.
+    """
+
+    lane: int
+    step: np.ndarray
+    left_s: np.ndarray
+    first: np.ndarray
+    time_s: np.ndarray
+    branch_rad: np.ndarray
+
+
+def _lane_jumps(
     plan: ForcePlan, k: int, lane: int, half_times: np.ndarray, phase: np.ndarray, branch: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return (step, time left) and signals on both branches of one lane's jumps; sets ``branch`` in their steps."""
+) -> _Jumps:
+    """Return one lane's jumps; sets ``branch`` in their steps."""
     law, parameters = plan.forces[k].law, plan.own_parameters(k)[:, lane]
     start, stop = phase[0:-1:2], phase[2::2]
     assert law.jumps is not None
     angles = np.sort(law.jumps(parameters, float(start[0]), float(stop[-1])))
-    if not angles.size:
-        return np.zeros((0, 2)), np.zeros((0, 6, int(plan.rows[k, 6] - plan.rows[k, 5]), 1))
     step = np.clip(np.searchsorted(stop, angles, side="left"), 0, start.size - 1)
-    before = np.maximum(start[step], np.concatenate([[-np.inf], angles[:-1]]))
-    after = np.minimum(stop[step], np.concatenate([angles[1:], [np.inf]]))
-    first = np.concatenate([[True], np.diff(step) > 0])
+    before = np.maximum(start[step], np.concatenate([[-np.inf], angles[:-1]])[: angles.size])
+    after = np.minimum(stop[step], np.concatenate([angles[1:], [np.inf]])[: angles.size])
+    first = np.concatenate([[True], np.diff(step) > 0])[: angles.size]
     branch[step[first]] = (before[first] + angles[first]) / 2
     instant = _instants(plan.profiles[lane], angles, half_times[2 * step], half_times[2 * step + 2])
     left = half_times[2 * step + 2] - instant
-    at = (instant[:, None] + left[:, None] * np.array([0.0, 0.5, 1.0])).ravel()
-    timeline = plan.lane_timeline(lane, at)
-    parts = []
-    for middle in ((before + angles) / 2, (angles + after) / 2):
-        own = law.signals(timeline, parameters[:, None], branch_rad=np.repeat(middle, 3)[:, None])  # type: ignore[call-arg]
-        parts.append(np.moveaxis(own, 0, 1).reshape(angles.size, 3, own.shape[0], 1))
-    return np.column_stack([step, left]), np.concatenate(parts, axis=1)
+    at = instant[:, None] + left[:, None] * np.array([0.0, 0.5, 1.0])
+    return _Jumps(lane, step, left, first, at, np.stack([(before + angles) / 2, (angles + after) / 2]))
+
+
+def _both_branches(plan: ForcePlan, k: int, found: Sequence[_Jumps]) -> list[np.ndarray]:
+    """Return the signals at each lane's jumps, (jumps, 6, signals, 1); lanes with the same parameters in one call."""
+    law, parameters, wide = plan.forces[k].law, plan.own_parameters(k), int(plan.rows[k, 6] - plan.rows[k, 5])
+    parts = [np.zeros((jumps.step.size, 6, wide, 1)) for jumps in found]
+    alike: dict[bytes, list[int]] = {}
+    for i, jumps in enumerate(found):
+        if jumps.step.size:
+            alike.setdefault(parameters[:, jumps.lane].tobytes(), []).append(i)
+    for members in alike.values():
+        timeline = joined_timelines([plan.lane_timeline(found[i].lane, found[i].time_s.ravel()) for i in members])
+        edges = np.cumsum([found[i].step.size for i in members])[:-1]
+        for side in range(2):
+            middle = np.repeat(np.concatenate([found[i].branch_rad[side] for i in members]), 3)[:, None]
+            own = law.signals(timeline, parameters[:, [found[members[0]].lane]], branch_rad=middle)  # type: ignore[call-arg]
+            own = np.moveaxis(own, 0, 1).reshape(-1, 3, wide, 1)
+            for i, part in zip(members, np.split(own, edges), strict=True):
+                parts[i][:, 3 * side : 3 * side + 3] = part
+    return parts
 
 
 def _instants(profile: SpeedProfile, angles: np.ndarray, start_s: np.ndarray, stop_s: np.ndarray) -> np.ndarray:
