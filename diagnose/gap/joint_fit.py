@@ -49,7 +49,7 @@ def jointly(fit: Fit, problem: Problem, *, moves: int) -> Fit:
     except UnpredictableError:
         return fit
     if in_time:
-        compared = _before_effects(problem.around(around, fit.response), fit.response)
+        compared = before_effects(problem.around(around, fit.response), fit.response)
         response = Responses(fit.candidates, baseline.machine, problem.predictor)
         return replace(fit_at(response, fit.position, fit.response, fit.slopes, compared), problem=problem)
     best, most, halved = fit, -math.inf, 0
@@ -69,7 +69,7 @@ def jointly(fit: Fit, problem: Problem, *, moves: int) -> Fit:
         # What the effects add to the machine where it is now, not to that which they were fitted with.
         added = around.lines - problem.baseline.lines
         compared = problem.around(around, added)
-        before = _before_effects(compared, added)
+        before = before_effects(compared, added)
         found = refined(fit.candidates, fit.position, before, problem.baseline.machine, problem.predictor)
         if found is None:
             break
@@ -101,8 +101,8 @@ def density_at_values(fit: Fit, problem: Problem) -> float:
     own = len(problem.baseline.coordinates)
     fixed = replace(
         problem,
-        baseline=_without_unknowns(problem.baseline, own),
-        at_healthy=None if problem.at_healthy is None else _without_unknowns(problem.at_healthy, own),
+        baseline=without_unknowns(problem.baseline, own),
+        at_healthy=None if problem.at_healthy is None else without_unknowns(problem.at_healthy, own),
     )
     compared = fixed.around(fixed.baseline, fit.response)
     residual = compared.residual - compared.whitened(fit.response)
@@ -125,7 +125,7 @@ def _density_of_healthy(problem: Problem) -> float:
     return -0.5 * float(white @ white) - float(np.log(np.diag(lower)).sum())
 
 
-def _without_unknowns(baseline: Baseline, own: int) -> Baseline:
+def without_unknowns(baseline: Baseline, own: int) -> Baseline:
     """Return the baseline with gains, errors of form, and what changes between recordings, as all that is open."""
     prior, mean = baseline.prior.copy(), baseline.prior_mean.copy()
     prior[:own], mean[:own] = KNOWN, 0.0
@@ -141,6 +141,6 @@ def _wide(baseline: Baseline) -> np.ndarray:
     return np.array(found, dtype=bool)
 
 
-def _before_effects(compared: Comparison, response: np.ndarray) -> Comparison:
+def before_effects(compared: Comparison, response: np.ndarray) -> Comparison:
     """Return a comparison with the machine that carries the effects, their response put back to be fitted anew."""
     return replace(compared, residual=compared.residual + compared.whitened(response))

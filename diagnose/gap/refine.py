@@ -62,6 +62,8 @@ class Fit:
         Of angles that choose one part of several: how far to both sides the same part is chosen.
     mirrored : frozenset of int
         Directions that may as well be their mirror image about the vertical.
+    redrawn : bool
+        Whether ``problem`` has a machine that was sought beside the effects, see `open_resonance.py`.
     """
 
     candidates: tuple[Candidate, ...]
@@ -78,6 +80,7 @@ class Fit:
     hills: np.ndarray | None = None
     arcs: Mapping[int, float] = field(default_factory=dict)
     mirrored: frozenset[int] = frozenset()
+    redrawn: bool = False
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:

@@ -61,6 +61,10 @@ class Screening:
         best = sorted((one for one in share if share[one] > 2 * LEAST_SHARE), key=lambda one: -share[one])[:TAKEN_UP]
         return replace(self, atoms={**self.atoms, **{one: self.aside[one]() for one in best}})
 
+    def about(self, compared: Comparison) -> Screening:
+        """Return the screening against another comparison of the problem's conditions; the responses stay."""
+        return replace(self, compared=compared.select(self.chosen))
+
     def finer(self) -> Screening:
         """Return the screening on the finer grid, with what the coarse one has seen as well."""
         if self.further is None:

@@ -15,6 +15,7 @@ from .hypotheses import Candidate
 from .joint_fit import jointly
 from .judged import judged
 from .null_distribution import chance_of_residual
+from .open_resonance import at_open_resonances
 from .opposing import NEARLY_NOTHING, rest_of_both
 from .prediction import Predicted
 from .refine import Fit, density, nothing, refined
@@ -200,7 +201,11 @@ def _singles(
     fits = best_of_each([_scanned(fit, problem) for fit in finished], place=True)
     fits = [looked_about(fit, problem) if _is_rough(fit, *others) else fit for fit in fits[:1]] + fits[1:]
     begun = [fit for fit in fits if fit.log_evidence > others[0].log_evidence - HOPELESS]
-    return _jointly_best(begun, problem, others[0]) if begun else []
+    found = _jointly_best(begun, problem, others[0]) if begun else []
+    surest = max(found, key=lambda fit: fit.log_evidence, default=None)
+    if surest and (surest.log_evidence < others[1] or chance_of_residual(surest) <= MISFIT):
+        return at_open_resonances(found, problem)
+    return found
 
 
 def _begun(

@@ -70,14 +70,18 @@ def two_effects(
         # What is left of wide tolerances and floors does not say what a second effect may add: its first look does.
         if leader.log_evidence < best - OVERTAKEN if explained else not may_gain(leader, level):
             continue
-        others = _partners(leader, screening, problem, tell, explained=explained)
+        own = leader.problem if leader.redrawn and leader.problem else problem
+        looked = screening.about(_compared_with(leader, own)) if leader.redrawn else screening
+        others = _partners(leader, looked, own, tell, explained=explained)
         for number, options in enumerate(others[: PARTNERS[rank]]):
-            in_time = not repeat(leader, options[0], problem)
+            in_time = not repeat(leader, options[0], own)
             if in_time and (rank or number >= PARTNERS_IN_TIME):
                 continue
             tell(f"{leader.candidates[0]} with {options[0].candidate}")
             begin = options[: STARTS_IN_TIME if in_time else STARTS]
-            fit = fitted_pair(leader, begin, problem, none, hopeless=hopeless)
+            fit = fitted_pair(leader, begin, own, none, hopeless=hopeless)
+            if fit and leader.redrawn:
+                fit = replace(fit, problem=own, redrawn=True)
             found += [fit] if fit else []
     return [fit for fit in best_jointly(found, problem, level, unknown) if told_by_more_than_one_size(fit, leaders[0])]
 
@@ -94,7 +98,8 @@ def best_jointly(found: Sequence[Fit], problem: Problem, best: float, unknown: f
             # Minutes of simulations for the machine's unknowns, for a pair that something unknown has passed.
             joint.append(fit)
         elif fit.log_evidence > level:
-            joint.append(jointly(fit, problem, moves=MOVES))
+            own = fit.problem if fit.redrawn and fit.problem else problem
+            joint.append(replace(jointly(fit, own, moves=MOVES), redrawn=fit.redrawn))
             # The machine's unknowns may bring twice as much to one close behind.
             brought = max(joint[-1].log_evidence - fit.log_evidence, 0.0)
             level = max(level, fit.log_evidence - brought - CLOSE)
@@ -159,7 +164,7 @@ def fitted_pair(leader: Fit, options: Sequence[Start], problem: Problem, none: F
 
     Nor where they, or simulated ones after a few steps, leave more than ``hopeless``, half a squared residual.
     """
-    compared, machine, predictor = problem.plain(), problem.baseline.machine, problem.predictor
+    compared, machine, predictor = _compared_with(leader, problem), problem.baseline.machine, problem.predictor
     both = [leader.candidates[0], options[0].candidate]
     places = [np.concatenate([leader.position, o.position]) for o in options]
     tried = climbed(both, places, compared, machine, predictor, steps=FIRST_STEPS)
@@ -176,6 +181,11 @@ def fitted_pair(leader: Fit, options: Sequence[Start], problem: Problem, none: F
     # What the machine is uncertain in may show beside the pair only: one that costs little is told by a joint fit.
     costly = any(one.effect.IDEALISED for one in both) or not predictor.repeats(machine)
     return fit if fit and (not costly or fit.power / 2 < hopeless) else None
+
+
+def _compared_with(leader: Fit, problem: Problem) -> Comparison:
+    """Return the comparison of pairs with an effect: about the machine that was sought beside it, if one was."""
+    return leader.compared if leader.redrawn and leader.compared else problem.plain()
 
 
 def left_beside(leader: Fit, screening: Screening) -> Comparison:
