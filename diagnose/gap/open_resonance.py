@@ -20,6 +20,7 @@ from .evidence import Problem
 from .healthy_evidence import fitted
 from .joint_fit import before_effects, jointly, without_unknowns
 from .lines import OrderLines, stacked
+from .null_distribution import chance_of_residual
 from .predict import UnpredictableError
 from .refine import Fit, refined
 from .responses import Responses
@@ -30,21 +31,23 @@ DRAWS, PLACES = 12, 64
 SEED = 1
 #: Median share of an effect's response by which it differs between these machines, where slopes do not tell it.
 OPEN = 0.3
-#: How often the effect's values are fitted with what is expected widened about them.
-ROUNDS = 2
 #: Fits that are looked at, and of which a machine is sought, the likeliest first.
 LOOKED_AT, SOUGHT = 4, 2
 #: How often the machine is moved on from the nearest one.
-MOVES = 6
+MOVES = 4
 
 
-def at_open_resonances(fits: Sequence[Fit], problem: Problem) -> list[Fit]:
+def at_open_resonances(fits: Sequence[Fit], problem: Problem, unknown: float, *, misfit: float) -> list[Fit]:
     """Return the fits, of those with most evidence the machine sought as well where a resonance is open.
 
-    They stay as they are where their lines pass none, where there are no healthy lines, or where that explains no more.
+    They stay as they are where the best leaves noise (with a chance above ``misfit``) and has more evidence than
+    something ``unknown``, where there are no healthy lines, where their lines pass no such resonance, or where that
+    explains no more.
     """
     ranked = sorted(fits, key=lambda fit: -fit.log_evidence)
     if problem.healthy is None or problem.at_healthy is None or not ranked:
+        return ranked
+    if ranked[0].log_evidence >= unknown and chance_of_residual(ranked[0]) > misfit:
         return ranked
     moves = _open_moves(problem.at_healthy, problem.healthy)
     wider = {}
@@ -65,12 +68,7 @@ def _wider(fit: Fit, problem: Problem, moves: np.ndarray) -> Fit | None:
     if not problem.predictor.repeats(fit.machine(problem.baseline.machine)):
         return None
     try:
-        if not _is_open(fit, problem, moves):
-            return None
-        found: Fit | None = fit
-        for _ in range(ROUNDS):
-            found = found and _fitted_wider(found, problem, moves)
-        return found
+        return _fitted_wider(fit, problem, moves) if _is_open(fit, problem, moves) else None
     except UnpredictableError:
         return None
 
@@ -78,6 +76,7 @@ def _wider(fit: Fit, problem: Problem, moves: np.ndarray) -> Fit | None:
 def _sought(fit: Fit, problem: Problem, moves: np.ndarray) -> Fit:
     """Return the fit about the nearest of the moved machines, which moves on from there."""
     try:
+        fit = _fitted_wider(fit, problem, moves[:DRAWS]) or fit
         nearest = problem.moved(_nearest(fit, problem, moves))
         return jointly(replace(fit, problem=None), nearest, moves=MOVES)
     except UnpredictableError:

@@ -137,6 +137,7 @@ def search(
         better = [o for o in finer[:FINISHED] if o[0].score > seen.get(o[0].candidate, -math.inf) + BETTER]
         singles = best_of_each([*singles, *_singles(better, screening, problem, others, tell)], place=True)
     if singles and not (pairs and _explain(pairs, EXPLAINED)):
+        singles = at_open_resonances(singles, problem, unknown.log_evidence, misfit=MISFIT)
         pairs += two_effects(singles, screening, problem, *others, tell)
     if pairs:
         pairs = best_of_each([*pairs, *swapped_pairs(pairs, singles, screening, problem, *others, tell)])
@@ -201,11 +202,7 @@ def _singles(
     fits = best_of_each([_scanned(fit, problem) for fit in finished], place=True)
     fits = [looked_about(fit, problem) if _is_rough(fit, *others) else fit for fit in fits[:1]] + fits[1:]
     begun = [fit for fit in fits if fit.log_evidence > others[0].log_evidence - HOPELESS]
-    found = _jointly_best(begun, problem, others[0]) if begun else []
-    surest = max(found, key=lambda fit: fit.log_evidence, default=None)
-    if surest and (surest.log_evidence < others[1] or chance_of_residual(surest) <= MISFIT):
-        return at_open_resonances(found, problem)
-    return found
+    return _jointly_best(begun, problem, others[0]) if begun else []
 
 
 def _begun(

@@ -9,6 +9,7 @@ from rotorwise.diagnose.gap.hypotheses import candidates
 from rotorwise.diagnose.gap.null_distribution import chance_of_residual
 from rotorwise.diagnose.gap.open_resonance import at_open_resonances
 from rotorwise.diagnose.gap.refine import Fit, refined
+from rotorwise.diagnose.gap.two_effects import MISFIT
 from rotorwise.simulators import rigid_coupling
 from rotorwise.simulators.effects.torque_ripple import TorqueRipple
 
@@ -41,12 +42,12 @@ def _ripple(problem: Problem) -> Fit:
 def test_effect_and_machine_are_found_together(prepared):
     problem = prepared.problem(range(len(SPEEDS_RPM)))
     slopes_only = _ripple(problem)
-    assert chance_of_residual(slopes_only) < 1e-6
+    assert chance_of_residual(slopes_only) < MISFIT
     assert slopes_only.values()[0]["torque_n_m"] < 0.8 * HIDDEN.torque_n_m
 
-    (found,) = at_open_resonances([slopes_only], problem)
+    (found,) = at_open_resonances([slopes_only], problem, 0.0, misfit=MISFIT)
     assert found.redrawn
-    assert chance_of_residual(found) > 1e-3
+    assert chance_of_residual(found) > MISFIT
     assert found.values()[0]["torque_n_m"] == pytest.approx(HIDDEN.torque_n_m, rel=0.03)
     assert found.values()[0]["angle_rad"] == pytest.approx(HIDDEN.angle_rad, abs=0.03)
     bolts = found.problem.baseline.machine.values["bolt_stiffness_n_m"]
@@ -56,4 +57,4 @@ def test_effect_and_machine_are_found_together(prepared):
 def test_nothing_changes_away_from_the_resonance(prepared):
     problem = prepared.problem([0, 3, 4])
     fit = _ripple(problem)
-    assert at_open_resonances([fit], problem) == [fit]
+    assert at_open_resonances([fit], problem, np.inf, misfit=MISFIT) == [fit]
