@@ -49,7 +49,11 @@ def at_open_resonances(fits: Sequence[Fit], problem: Problem, unknown: float, *,
         return ranked
     if ranked[0].log_evidence >= unknown and chance_of_residual(ranked[0]) > misfit:
         return ranked
-    moves = _open_moves(problem.at_healthy, problem.healthy)
+    try:
+        moves = _open_moves(problem.at_healthy, problem.healthy)
+    except np.linalg.LinAlgError:
+        # Rounding, where some unknowns are known to parts in a million beside others that are open.
+        return ranked
     wider = {}
     for fit in ranked[:LOOKED_AT]:
         found = _wider(fit, problem, moves[:DRAWS])

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from rotorwise.datasets.recording import Campaign
+from rotorwise.diagnose.gap import open_resonance as module
 from rotorwise.diagnose.gap.evidence import Problem
 from rotorwise.diagnose.gap.explain import prepare
 from rotorwise.diagnose.gap.hypotheses import candidates
@@ -58,3 +59,11 @@ def test_nothing_changes_away_from_the_resonance(prepared):
     problem = prepared.problem([0, 3, 4])
     fit = _ripple(problem)
     assert at_open_resonances([fit], problem, np.inf, misfit=MISFIT) == [fit]
+
+
+def test_what_rounding_makes_of_the_unknowns_is_no_error(prepared, monkeypatch):
+    problem = prepared.problem([0, 3, 4])
+    count = problem.baseline.position.size
+    monkeypatch.setattr(module, "fitted", lambda *_: (np.zeros(count), -np.eye(count)))
+    fit = _ripple(problem)
+    assert module.at_open_resonances([fit], problem, np.inf, misfit=MISFIT) == [fit]
