@@ -56,13 +56,7 @@ class Timeline:
         """Return the timeline of some of its lanes; it shares the cosines and sines already computed."""
         if lanes.size == self.phase_rad.shape[1] and np.array_equal(lanes, np.arange(lanes.size)):
             return self
-        return self._part((slice(None), lanes))
-
-    def instants(self, some: slice) -> Timeline:
-        """Return the timeline of some of its instants; it shares the cosines and sines."""
-        return self._part(some)
-
-    def _part(self, index: Any) -> Timeline:
+        index = (slice(None), lanes)
         return Timeline(
             self.time_s[index],
             self.phase_rad[index],

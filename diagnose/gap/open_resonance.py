@@ -9,7 +9,7 @@ the one that is nearest to the measured lines is where both are fitted on.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -36,8 +36,12 @@ LOOKED_AT, SOUGHT = 4, 2
 #: How often the machine is moved on from the nearest one.
 MOVES = 4
 
+Tell = Callable[[str], None]
 
-def at_open_resonances(fits: Sequence[Fit], problem: Problem, unknown: float, *, misfit: float) -> list[Fit]:
+
+def at_open_resonances(
+    fits: Sequence[Fit], problem: Problem, unknown: float, *, misfit: float, tell: Tell = lambda _: None
+) -> list[Fit]:
     """Return the fits, of those with most evidence the machine sought as well where a resonance is open.
 
     They stay as they are where the best leaves noise (with a chance above ``misfit``) and has more evidence than
@@ -56,12 +60,14 @@ def at_open_resonances(fits: Sequence[Fit], problem: Problem, unknown: float, *,
         return ranked
     wider = {}
     for fit in ranked[:LOOKED_AT]:
+        tell(f"resonances that {fit.candidates[0]} may pass")
         found = _wider(fit, problem, moves[:DRAWS])
         if found is not None:
             wider[fit] = found
     least = min((one.power for one in wider.values()), default=0.0)
     near = [fit for fit, one in wider.items() if one.power <= TIMES_WORSE * least]
     for fit in sorted(near, key=lambda one: -wider[one].log_evidence)[:SOUGHT]:
+        tell(f"the machine beside {fit.candidates[0]}")
         wider[fit] = max(wider[fit], _sought(wider[fit], problem, moves), key=lambda one: one.log_evidence)
     better = {fit: replace(one, redrawn=True) for fit, one in wider.items() if one.log_evidence > fit.log_evidence}
     return sorted([better.get(fit, fit) for fit in ranked], key=lambda fit: -fit.log_evidence)

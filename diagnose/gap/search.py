@@ -137,7 +137,7 @@ def search(
         better = [o for o in finer[:FINISHED] if o[0].score > seen.get(o[0].candidate, -math.inf) + BETTER]
         singles = best_of_each([*singles, *_singles(better, screening, problem, others, tell)], place=True)
     if singles and not (pairs and _explain(pairs, EXPLAINED)):
-        singles = at_open_resonances(singles, problem, unknown.log_evidence, misfit=MISFIT)
+        singles = at_open_resonances(singles, problem, unknown.log_evidence, misfit=MISFIT, tell=tell)
         pairs += two_effects(singles, screening, problem, *others, tell)
     if pairs:
         pairs = best_of_each([*pairs, *swapped_pairs(pairs, singles, screening, problem, *others, tell)])

@@ -70,7 +70,7 @@ def two_effects(
         # What is left of wide tolerances and floors does not say what a second effect may add: its first look does.
         if leader.log_evidence < best - OVERTAKEN if explained else not may_gain(leader, level):
             continue
-        own = leader.problem if leader.redrawn and leader.problem else problem
+        own = _problem_of(leader, problem)
         looked = screening.about(_compared_with(leader, own)) if leader.redrawn else screening
         others = _partners(leader, looked, own, tell, explained=explained)
         for number, options in enumerate(others[: PARTNERS[rank]]):
@@ -98,8 +98,7 @@ def best_jointly(found: Sequence[Fit], problem: Problem, best: float, unknown: f
             # Minutes of simulations for the machine's unknowns, for a pair that something unknown has passed.
             joint.append(fit)
         elif fit.log_evidence > level:
-            own = fit.problem if fit.redrawn and fit.problem else problem
-            joint.append(replace(jointly(fit, own, moves=MOVES), redrawn=fit.redrawn))
+            joint.append(replace(jointly(fit, _problem_of(fit, problem), moves=MOVES), redrawn=fit.redrawn))
             # The machine's unknowns may bring twice as much to one close behind.
             brought = max(joint[-1].log_evidence - fit.log_evidence, 0.0)
             level = max(level, fit.log_evidence - brought - CLOSE)
@@ -181,6 +180,11 @@ def fitted_pair(leader: Fit, options: Sequence[Start], problem: Problem, none: F
     # What the machine is uncertain in may show beside the pair only: one that costs little is told by a joint fit.
     costly = any(one.effect.IDEALISED for one in both) or not predictor.repeats(machine)
     return fit if fit and (not costly or fit.power / 2 < hopeless) else None
+
+
+def _problem_of(fit: Fit, problem: Problem) -> Problem:
+    """Return the problem about the machine that was sought beside an effect, if one was, else the calibrated one."""
+    return fit.problem if fit.redrawn and fit.problem else problem
 
 
 def _compared_with(leader: Fit, problem: Problem) -> Comparison:

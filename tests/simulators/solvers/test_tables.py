@@ -79,8 +79,8 @@ def test_even_cosines_are_cosines():
         # Rounding of the angle itself: 2e5 rad times 1e-16.
         assert cos == pytest.approx(np.cos(order * phase), abs=1e-10)
         assert sin == pytest.approx(np.sin(order * phase), abs=1e-10)
-        part = timeline.instants(slice(1, 900, 2)).cos_sin(order)
-        assert np.array_equal(part[0], cos[1:900:2])
+        part = timeline.select(np.array([1])).cos_sin(order)
+        assert np.array_equal(part[0], cos[:, [1]])
 
 
 def test_blocks_of_signals_do_not_depend_on_where_they_begin():
