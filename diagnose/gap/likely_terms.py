@@ -21,8 +21,7 @@ from ...simulators.effects.residual_coupling_harmonic import ResidualCouplingHar
 from .baseline import Baseline
 from .healthy_evidence import ERROR_FACTORS, whitened
 from .lacking_terms import TURNING, Term
-from .lines import OrderLines, stacked
-from .whitening import lower_solved
+from .lines import OrderLines
 
 #: By how much a term must raise the logarithm of the evidence.
 TERM_GAIN = 5.0
@@ -108,14 +107,13 @@ class _Projected:
 
 def _projected(current: Baseline, healthy: OrderLines, slopes: Sequence[np.ndarray]) -> _Projected:
     owner = np.repeat(np.arange(len(slopes)), [len(one) for one in slopes])
-    shapes = stacked(np.concatenate(slopes), healthy.parts)
     found = _Projected(owner, [], [], [])
     for factor in ERROR_FACTORS:
-        lower, white, density = whitened(current, healthy, factor)
-        moved = lower_solved(lower, shapes.T)
+        whitening, white, density = whitened(current, healthy, factor)
+        moved = whitening.whole(np.concatenate(slopes))
         found.density.append(density)
-        found.inner.append(moved.T @ moved)
-        found.along.append(moved.T @ white)
+        found.inner.append(moved @ moved.T)
+        found.along.append(moved @ white)
     return found
 
 

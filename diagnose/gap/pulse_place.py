@@ -19,13 +19,12 @@ from ...simulators.machine import Machine
 from .baseline import Baseline, start, widened_by
 from .calibration import calibrated
 from .coordinates import Coordinate
-from .healthy_evidence import ERROR_FACTORS, density, evidence, factored, is_explained
+from .healthy_evidence import ERROR_FACTORS, HealthyWhitening, evidence, is_explained, whitening_about
 from .lacking_terms import lacking_terms
 from .likely_terms import USUAL
-from .lines import OrderLines, stacked
+from .lines import OrderLines
 from .predict import Predictor
 from .unbalance_direction import OwnUnbalance, own_unbalance
-from .whitening import lower_solved
 
 #: Angles that are tried round the shaft, and those about the best of them.
 ANGLES = np.linspace(-np.pi, np.pi, 180, endpoint=False)
@@ -197,12 +196,11 @@ class _Turn:
 def _likeliest(current: Baseline, healthy: OrderLines, angles: np.ndarray) -> _Turn:
     """Return that turn, of some, at which the lines are likeliest."""
     found = _Turn(0.0, -math.inf, (0.0, 0.0))
-    pair = stacked(current.slopes[-2:], healthy.parts)
-    for lower, white in _whitened_turned(current, healthy, angles):
-        each = np.array([density(lower, one) for one in white])
+    for whitening, white in _whitened_turned(current, healthy, angles):
+        each = whitening.density(white)
         chosen = int(np.argmax(each))
         if each[chosen] > found.density:
-            x, y = current.prior[-2:] ** 2 * (lower_solved(lower, pair.T).T @ white[chosen])
+            x, y = current.prior[-2:] ** 2 * (whitening.whole(current.slopes[-2:]) @ white[chosen])
             found = _Turn(float(angles[chosen]), float(each[chosen]), (float(x), float(y)))
     return found
 
@@ -219,16 +217,15 @@ def turn_nearby(current: Baseline, healthy: OrderLines, predictor: Predictor, *,
     turning = [term.slopes for term in terms]
     loose = widened_by(current, np.concatenate(turning)) if turning else current
     each = _whitened_turned(loose, healthy, NEAR)
-    curve = np.max([[density(lower, one) for one in white] for lower, white in each], axis=0)
+    curve = np.max([whitening.density(white) for whitening, white in each], axis=0)
     return float(NEAR[np.argmax(curve)]) if curve.max() > curve[NEAR.size // 2] + PLACE_GAIN else 0.0
 
 
-def _whitened_turned(current: Baseline, healthy: OrderLines, angles: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return for each size of the model error the covariance's factor and the whitened residuals, (angles, reals)."""
+def _whitened_turned(
+    current: Baseline, healthy: OrderLines, angles: np.ndarray
+) -> list[tuple[HealthyWhitening, np.ndarray]]:
+    """Return for each size of the model error the whitening and the whitened residuals, (angles, reals)."""
     expected = current.lines + np.tensordot(current.prior_mean, current.slopes, 1)
-    left = stacked(_turned(healthy, angles) - expected, healthy.parts)
-    found = []
-    for factor in ERROR_FACTORS:
-        lower = factored(current, healthy, factor)
-        found.append((lower, lower_solved(lower, left.T).T))
-    return found
+    left = _turned(healthy, angles) - expected
+    each = [whitening_about(current, healthy, factor) for factor in ERROR_FACTORS]
+    return [(whitening, whitening.whole(left)) for whitening in each]

@@ -101,8 +101,11 @@ class Whitening:
 
 
 def factor_of(covariance: np.ndarray) -> np.ndarray:
-    """Return the lower Cholesky factor; a matrix that rounding has spoilt is mended by a little of its diagonal."""
-    own = np.diag(np.diag(covariance))
+    """Return the lower Cholesky factor; what rounding has spoilt is mended by a little of the diagonal.
+
+    Of a matrix (reals, reals), or of each of many.
+    """
+    own = covariance * np.eye(covariance.shape[-1])
     for share in (0.0, 1e-10, 1e-8, 1e-6):
         try:
             return np.linalg.cholesky(covariance + share * own)
