@@ -15,6 +15,8 @@ from rotorwise.simulators.machine import Machine
 
 from .made_campaigns import altered
 
+slow = pytest.mark.slow
+
 SPEEDS_RPM, TOP_RPM = (1200.0, 1700.0, 2300.0, 2900.0, 3500.0, 4100.0), 4100.0
 ORDERS, NOISE_M = (1.0, 2.0, 3.0), 2e-8
 OFF_BALANCE = ResidualUnbalance(at="coupling_hub", moment_x_kg_m=-2e-6, moment_y_kg_m=3e-6)
@@ -34,7 +36,10 @@ def _noisy(lines: np.ndarray, predictor: Predictor) -> OrderLines:
     return OrderLines(predictor.conditions, predictor.probes, ORDERS, lines + noise, np.full(lines.shape, NOISE_M))
 
 
-@pytest.mark.parametrize("speeds", [(2300.0,), (1700.0, 2900.0), (2900.0, 2905.0, 2910.0)])
+@pytest.mark.parametrize(
+    "speeds",
+    [pytest.param((2300.0,), marks=slow), pytest.param((1700.0, 2900.0), marks=slow), (2900.0, 2905.0, 2910.0)],
+)
 def test_at_few_speeds_nothing_is_added_and_the_pulse_is_told_all_the_same(speeds: tuple[float, ...]) -> None:
     # Three recordings at one speed do not tell how a spring grows with it.
     predictor = _predictor(speeds)

@@ -50,6 +50,7 @@ def test_large_offsets_are_estimated_within_a_factor(trained):
     assert score.machines == score.records
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["parallel offset", "angular misalignment"])
 def test_values_never_fall_below_zero(trained, name):
     one = trained.model.regressors[name]
