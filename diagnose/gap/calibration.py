@@ -13,22 +13,14 @@ from dataclasses import replace
 import numpy as np
 
 from ...simulators.machine import Machine
-from .baseline import (
-    REFERENCE_RPM,
-    Baseline,
-    ModelError,
-    again,
-    error_covariance,
-    model_error,
-    noise_covariance,
-    shifted,
-    start,
-)
+from .baseline import Baseline, again, shifted, start
 from .boxed_step import boxed_step
 from .coordinates import Coordinate
 from .error_smoothness import length_of
 from .healthy_evidence import fitted
-from .lines import OrderLines, stacked
+from .line_covariance import LineCovariance, line_covariance
+from .lines import OrderLines
+from .model_error import REFERENCE_RPM, ModelError, error_blocks, model_error
 from .predict import Predictor, UnpredictableError
 from .size_scale import at_most_once
 
@@ -102,7 +94,8 @@ def settled(
         wide = np.maximum(error, size_error(current, healthy))
         covariance = covariance_about(current, healthy, wide)
         doubt = max(min(misfit(current, healthy, covariance), doubt / SURER), 1.0)
-        trial, gained, damping = _step(current, machine, healthy, predictor, doubt * covariance, damping)
+        doubted = covariance.times(doubt)
+        trial, gained, damping = _step(current, machine, healthy, predictor, doubted, damping)
         if trial is not None:
             # Each slope of a machine that does not repeat is a simulation: the first ones have to do.
             current = _relinearised(trial, machine, predictor) if repeats else trial
@@ -114,10 +107,10 @@ def settled(
     return current
 
 
-def misfit(current: Baseline, lines: OrderLines, covariance: np.ndarray) -> float:
-    """Return the mean square of what a machine misses, in standard deviations of a covariance of the stacked lines."""
-    left = stacked(lines.amplitudes - current.lines, lines.parts)
-    return float(left @ np.linalg.solve(covariance, left)) / max(left.size, 1)
+def misfit(current: Baseline, lines: OrderLines, covariance: LineCovariance) -> float:
+    """Return the mean square of what a machine misses of lines, in standard deviations."""
+    white = covariance.whole(lines.amplitudes - current.lines)
+    return float(white @ white) / max(white.size, 1)
 
 
 def _relinearised(current: Baseline, machine: Machine, predictor: Predictor) -> Baseline:
@@ -191,7 +184,7 @@ def _step(
     machine: Machine,
     healthy: OrderLines,
     predictor: Predictor,
-    covariance: np.ndarray,
+    covariance: LineCovariance,
     damping: float,
 ) -> tuple[Baseline | None, float, float]:
     """Return the first step that gains anything, how much, and the damping for the next one; None where none gains."""
@@ -225,14 +218,13 @@ def _damping_after(kept: float, damping: float) -> float:
     return max(damping / HARDER, LEAST_DAMPING) if kept > AS_PROMISED else damping
 
 
-def _slope(current: Baseline, lines: OrderLines, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _slope(current: Baseline, lines: OrderLines, covariance: LineCovariance) -> tuple[np.ndarray, np.ndarray]:
     """Return minus the gradient of the objective in the machine's coordinates, and its curvature."""
     own = current.position.size
-    slopes = stacked(current.slopes[:own], lines.parts)
-    weighted = np.linalg.solve(covariance, slopes.T)
+    slopes = covariance.whole(current.slopes[:own])
     precision = current.prior[:own] ** -2
-    left = stacked(lines.amplitudes - current.lines, lines.parts)
-    return weighted.T @ left + precision * current.prior_mean[:own], slopes @ weighted + np.diag(precision)
+    left = covariance.whole(lines.amplitudes - current.lines)
+    return slopes @ left + precision * current.prior_mean[:own], slopes @ slopes.T + np.diag(precision)
 
 
 def objective(current: Baseline, lines: OrderLines, error: np.ndarray) -> float:
@@ -240,19 +232,17 @@ def objective(current: Baseline, lines: OrderLines, error: np.ndarray) -> float:
     return _objective(current, lines, covariance_about(current, lines, error))
 
 
-def _objective(current: Baseline, lines: OrderLines, covariance: np.ndarray) -> float:
-    left = stacked(lines.amplitudes - current.lines, lines.parts)
+def _objective(current: Baseline, lines: OrderLines, covariance: LineCovariance) -> float:
+    left = covariance.whole(lines.amplitudes - current.lines)
     own = len(current.coordinates)
     outside = current.prior_mean[:own] / current.prior[:own]
-    return 0.5 * float(left @ np.linalg.solve(covariance, left)) + 0.5 * float(outside @ outside)
+    return 0.5 * float(left @ left) + 0.5 * float(outside @ outside)
 
 
-def covariance_about(current: Baseline, lines: OrderLines, error: np.ndarray | ModelError) -> np.ndarray:
-    """Return the covariance of the stacked lines about the machine's: noise, model error and the probes' gains."""
+def covariance_about(current: Baseline, lines: OrderLines, error: np.ndarray | ModelError) -> LineCovariance:
+    """Return the covariance of the lines about the machine's: noise, model error and the probes' gains."""
     own = len(current.coordinates)
-    gains = stacked(current.slopes[own:], lines.parts)
-    covariance = noise_covariance(lines) + error_covariance(lines.conditions, error, lines.parts)
-    return covariance + (gains.T * current.prior[own:] ** 2) @ gains
+    return line_covariance(lines, error_blocks(lines.conditions, error), current.slopes[own:], current.prior[own:])
 
 
 def residual_error(current: Baseline, healthy: OrderLines) -> ModelError:

@@ -12,10 +12,11 @@ from collections.abc import Callable
 import numpy as np
 
 from ...simulators.machine import Machine
-from .baseline import Baseline, again, model_error, shifted
+from .baseline import Baseline, again, shifted
 from .calibration import covariance_about, misfit, settled
 from .healthy_evidence import is_explained
 from .lines import OrderLines
+from .model_error import model_error
 from .predict import Predictor, UnpredictableError
 
 #: Machines drawn, of these the ones that steps are made from, and how wide they are drawn, in standard deviations of

@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...simulators.effects.empirical_force import EmpiricalForce
-from .baseline import error_covariance
 from .evidence import PROBE_TOLERANCE, Comparison
 from .force_transfer import force_places, force_transfer, numbers_with_phase
 from .judged import TOLD_APART, judged
+from .model_error import error_covariance
 from .predict import Predictor
 from .result import AddedForce, Estimate
 from .unknown_force import LEAST_GAIN, Unknown

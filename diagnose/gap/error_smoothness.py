@@ -10,8 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from .baseline import ERROR_LENGTH_SPEED, ModelError
 from .lines import Condition
+from .model_error import ERROR_LENGTH_SPEED, ModelError
 
 #: Changes of speed that are tried, and by how much the logarithm of the likelihood must rise to leave the usual one.
 LENGTHS = (0.1, 0.05, 0.025, 0.0125)

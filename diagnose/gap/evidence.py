@@ -17,8 +17,10 @@ from functools import cached_property
 
 import numpy as np
 
-from .baseline import Baseline, ModelError, error_covariance, noise_covariance, shifted
-from .lines import OrderLines, joined, stacked, unstacked
+from .baseline import Baseline, shifted
+from .line_covariance import line_covariance, noisy
+from .lines import OrderLines, dense, from_blocks, in_blocks, seen_in, stacked, unstacked
+from .model_error import ModelError, error_blocks, error_covariance
 from .predict import Predictor
 from .size_scale import at_most_once
 from .transfer_error import TransferError, none_of
@@ -189,47 +191,45 @@ def comparison(
     further : ndarray (reals, reals), optional
         Covariance of a further model error that the healthy lines do not share.
     """
-    variance = baseline.prior[:, None] ** 2
-    parts = lines.parts
-    flat = stacked(baseline.slopes, parts)
-    expected = baseline.lines + np.tensordot(baseline.prior_mean, baseline.slopes, 1)
-    inner, between, outer = model_errors(healthy, lines, error)
-    covariance = flat.T @ (variance * flat) + outer + noise_covariance(lines)
-    known, cross = baseline.prior_mean, variance * flat
+    parts, prior = lines.parts, baseline.prior
+    within, across, errors = model_errors(healthy, lines, error)
+    known, spread, drift = baseline.prior_mean, np.diag(prior), np.zeros(prior.size)
+    slopes, own = in_blocks(baseline.slopes, parts), noisy(errors, lines)
+    learnt = np.zeros(slopes.shape[1:])
     if healthy is not None and at_healthy is not None:
-        own = stacked(at_healthy.slopes, healthy.parts)
-        inner = own.T @ (variance * own) + inner + noise_covariance(healthy)
-        between = own.T @ (variance * flat) + between
-        there = at_healthy.lines + np.tensordot(baseline.prior_mean, at_healthy.slopes, 1)
-        left = stacked(healthy.amplitudes - there, healthy.parts)
-        lower = factor_of(inner)
-        to_lines, to_unknowns = lower_solved(lower, between), lower_solved(lower, (variance * own).T)
-        white = lower_solved(lower, left)
-        expected = expected + unstacked(to_lines.T @ white, parts)
-        covariance = covariance - to_lines.T @ to_lines
-        known, cross = known + to_unknowns.T @ white, cross - to_unknowns.T @ to_lines
+        there = line_covariance(healthy, within, at_healthy.slopes, prior)
+        left = healthy.amplitudes - at_healthy.lines
+        change, root = there.told(left - np.tensordot(known, at_healthy.slopes, 1))
+        known, spread = known + prior * change, prior[:, None] * root
+        # What the model misses of a healthy line it misses of the same line in conditions that are like it.
+        across = across * (seen_in(parts)[..., :, None] & seen_in(healthy.parts)[..., None, :])
+        alike = across @ np.swapaxes(there.inverse, -1, -2) @ there.inverse
+        shared = (alike @ in_blocks(np.stack([left, *at_healthy.slopes]), healthy.parts)[..., None])[..., 0]
+        learnt = shared[0] - np.tensordot(known, shared[1:], 1)
+        slopes = slopes - shared[1:]
+        own = own - alike @ np.swapaxes(across, -1, -2)
         # The machine has been stopped and started in between: its own parameters are not quite the same.
-        covariance = covariance + flat.T @ (baseline.drift[:, None] ** 2 * flat)
-        cross = cross + baseline.drift[:, None] ** 2 * flat
+        drift = baseline.drift
+    flat, moved = stacked(baseline.slopes, parts), spread.T @ from_blocks(slopes, parts)
+    drifted = drift[:, None] ** 2 * flat
+    covariance = dense(own, parts) + moved.T @ moved + flat.T @ drifted
     if further is not None:
         covariance = covariance + further
-    return _compared(lines, expected, covariance, stacked(lines.amplitudes - expected, parts), known, cross)
+    expected = baseline.lines + np.tensordot(known, baseline.slopes, 1) + unstacked(from_blocks(learnt, parts), parts)
+    left = stacked(lines.amplitudes - expected, parts)
+    return _compared(lines, expected, covariance, left, known, spread @ moved + drifted)
 
 
 def model_errors(
     healthy: OrderLines | None, lines: OrderLines, error: np.ndarray | ModelError
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the covariance of the model errors in the healthy conditions, with those in the others, and of these.
+    """Return `error_blocks` in the healthy conditions, of the others with these, and in the others.
 
     From one matrix: how alike two conditions are depends on the range of loads of all.
     """
-    both = joined(healthy, lines) if healthy is not None else lines
-    parts = both.parts
-    whole = error_covariance(both.conditions, error, parts)
-    first = np.zeros(both.seen.shape, dtype=bool)
-    first[: len(healthy.conditions) if healthy is not None else 0] = True
-    rows = np.concatenate([first[parts[0]], first[parts[1]]])
-    return whole[np.ix_(rows, rows)], whole[np.ix_(rows, ~rows)], whole[np.ix_(~rows, ~rows)]
+    before = healthy.conditions if healthy is not None else ()
+    whole, count = error_blocks(before + lines.conditions, error), len(before)
+    return whole[..., :count, :count], whole[..., count:, :count], whole[..., count:, count:]
 
 
 def _compared(

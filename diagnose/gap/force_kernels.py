@@ -16,7 +16,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...simulators.machine import Machine
-from .baseline import similarity
 from .force_transfer import (
     FORCES,
     force_places,
@@ -25,6 +24,7 @@ from .force_transfer import (
     places_across,
     transfer_across,
 )
+from .model_error import similarity
 from .predict import Predictor
 
 #: Directions of moments that tilt a shaft.

@@ -10,10 +10,10 @@ import numpy as np
 
 from ...simulators.effect import Effect
 from ...simulators.machine import Machine
-from .baseline import similarity
 from .empirical import AddedForce, as_effect, empirical_forces
 from .evidence import Problem
 from .judged import judged
+from .model_error import similarity
 from .predict import UnpredictableError
 from .refine import Fit
 from .result import Gain

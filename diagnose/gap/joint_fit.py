@@ -7,15 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from .baseline import Baseline, again, noise_covariance, shifted
+from .baseline import Baseline, again, shifted
 from .climb import laws_of
 from .coordinates import log_prior
 from .evidence import Comparison, Problem, Widened, log_density, model_errors
-from .lines import stacked
+from .line_covariance import line_covariance
 from .predict import UnpredictableError
 from .refine import Fit, fit_at, refined
 from .responses import Responses
-from .whitening import lower_solved
 
 #: Longest move of the machine's coordinates, and how often one that makes it worse is halved.
 LONGEST_MOVE, HALVED = 1.0, 2
@@ -117,12 +116,9 @@ def _density_of_healthy(problem: Problem) -> float:
     healthy, there = problem.healthy, problem.at_healthy
     if healthy is None or there is None:
         return 0.0
-    slopes = stacked(there.slopes, healthy.parts)
     errors, *_ = model_errors(healthy, problem.lines, problem.error)
-    covariance = errors + noise_covariance(healthy) + (slopes.T * there.prior**2) @ slopes
-    lower = np.linalg.cholesky(covariance)
-    white = lower_solved(lower, stacked(healthy.amplitudes - there.lines, healthy.parts))
-    return -0.5 * float(white @ white) - float(np.log(np.diag(lower)).sum())
+    covariance = line_covariance(healthy, errors, there.slopes, there.prior)
+    return float(covariance.density(covariance.whole(healthy.amplitudes - there.lines)))
 
 
 def without_unknowns(baseline: Baseline, own: int) -> Baseline:

@@ -109,8 +109,8 @@ def _projected(current: Baseline, healthy: OrderLines, slopes: Sequence[np.ndarr
     owner = np.repeat(np.arange(len(slopes)), [len(one) for one in slopes])
     found = _Projected(owner, [], [], [])
     for factor in ERROR_FACTORS:
-        whitening, white, density = whitened(current, healthy, factor)
-        moved = whitening.whole(np.concatenate(slopes))
+        covariance, white, density = whitened(current, healthy, factor)
+        moved = covariance.whole(np.concatenate(slopes))
         found.density.append(density)
         found.inner.append(moved @ moved.T)
         found.along.append(moved @ white)

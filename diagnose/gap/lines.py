@@ -212,3 +212,40 @@ def unstacked(values: np.ndarray, parts: np.ndarray) -> np.ndarray:
     result[parts[0]] = values[:count]
     result[parts[1]] += 1j * values[count:]
     return result
+
+
+def noise_covariance(lines: OrderLines) -> np.ndarray:
+    """Return the covariance of the stacked lines' noise, diagonal."""
+    real, imaginary = lines.parts
+    return np.diag(np.concatenate([lines.deviations[real], lines.deviations[imaginary]]) ** 2)
+
+
+def seen_in(parts: np.ndarray) -> np.ndarray:
+    """Return what says something line by line, (2, probes, orders, conditions)."""
+    return np.moveaxis(parts, 1, -1)
+
+
+def in_blocks(values: np.ndarray, parts: np.ndarray) -> np.ndarray:
+    """Return lines (..., conditions, probes, orders) as reals, (..., 2, probes, orders, conditions); 0 where unseen."""
+    both = np.where(parts, np.stack([np.real(values), np.imag(values)], axis=-4), 0.0)
+    return np.moveaxis(both, -3, -1)
+
+
+def from_blocks(blocks: np.ndarray, parts: np.ndarray) -> np.ndarray:
+    """Return reals (..., 2, probes, orders, conditions) as stacked ones, (..., reals)."""
+    return np.moveaxis(blocks, -1, -3)[..., parts]
+
+
+def dense(blocks: np.ndarray, parts: np.ndarray) -> np.ndarray:
+    """Return a matrix of the stacked lines, (reals, reals), of one matrix over the conditions for each line.
+
+    ``blocks`` (2, probes, orders, conditions, conditions); what is unseen is left out.
+    """
+    place = np.full(parts.shape, -1)
+    place[parts] = np.arange(int(parts.sum()))
+    place = seen_in(place)
+    rows, columns = np.broadcast_arrays(place[..., :, None], place[..., None, :])
+    both = (rows >= 0) & (columns >= 0)
+    result = np.zeros((int(parts.sum()),) * 2)
+    result[rows[both], columns[both]] = blocks[both]
+    return result

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .evidence import Comparison
+from .evidence import Comparison, Widened
 from .refine import Fit
 from .result import Score
 from .unknown_force import Unknown
+from .whitening import lower_solved
 
 
 def score_of(fit: Fit, compared: Comparison) -> Score:
@@ -59,8 +60,9 @@ def left_out(compared: Comparison, residual: np.ndarray, directions: np.ndarray)
 
     Parameters as in `given_others`.
     """
-    conditions = np.unique(np.nonzero(compared.seen)[0])
-    return sum(given_others(compared, residual, directions, [int(one)]).log_density for one in conditions)
+    conditions, widened = np.unique(np.nonzero(compared.seen)[0]), Widened(directions)
+    each = [_given_others(compared, residual, widened, _rows(compared, [int(one)])) for one in conditions]
+    return sum(_log_density(error, own) for error, own in each)
 
 
 @dataclass(frozen=True)
@@ -102,17 +104,33 @@ def given_others(
     made : ndarray (orders,), bool, optional
         The orders that the hypothesis makes; all when not given.
     """
-    condition, order = (np.concatenate([np.nonzero(part)[axis] for part in compared.lines.parts]) for axis in (0, 2))
-    rows = np.flatnonzero(np.isin(condition, conditions))
-    spread = compared.factor @ directions.T
-    precision = np.linalg.inv(compared.factor @ compared.factor.T + spread @ spread.T)
+    rows = _rows(compared, conditions)
+    error, own = _given_others(compared, residual, Widened(directions), rows)
+    order = np.concatenate([np.nonzero(part)[2] for part in compared.lines.parts])[rows]
+    chosen = np.flatnonzero(np.ones(rows.size, dtype=bool) if made is None else made[order])
+    own_chance = _distance(error[chosen], own[np.ix_(chosen, chosen)])[1]
+    return Predicted(_log_density(error, own), _distance(error, own)[1], own_chance)
+
+
+def _rows(compared: Comparison, conditions: Sequence[int]) -> np.ndarray:
+    """Return the places of some conditions' lines among the stacked ones."""
+    condition = np.concatenate([np.nonzero(part)[0] for part in compared.lines.parts])
+    return np.flatnonzero(np.isin(condition, conditions))
+
+
+def _given_others(
+    compared: Comparison, residual: np.ndarray, widened: Widened, rows: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return by how much the lines in ``rows`` miss what all others let expect, and the covariance of that."""
+    back = lower_solved(compared.factor, np.eye(residual.size)[:, rows])
     # The inverse of a block of the precision is the covariance given all others.
-    own = np.linalg.inv(precision[np.ix_(rows, rows)])
-    error = own @ (precision @ (compared.factor @ residual))[rows]
-    power, chance = _distance(error, own)
-    density = -0.5 * power - 0.5 * float(np.linalg.slogdet(own)[1]) - 0.5 * rows.size * math.log(2 * math.pi)
-    chosen = np.flatnonzero(np.ones(rows.size, dtype=bool) if made is None else made[order[rows]])
-    return Predicted(density, chance, _distance(error[chosen], own[np.ix_(chosen, chosen)])[1])
+    own = np.linalg.inv(back.T @ widened.solve(back.T).T)
+    return own @ (back.T @ widened.solve(residual)), own
+
+
+def _log_density(error: np.ndarray, covariance: np.ndarray) -> float:
+    scale = float(np.linalg.slogdet(covariance)[1]) + error.size * math.log(2 * math.pi)
+    return -0.5 * (_distance(error, covariance)[0] + scale)
 
 
 def _distance(error: np.ndarray, covariance: np.ndarray) -> tuple[float, float]:

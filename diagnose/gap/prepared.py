@@ -8,13 +8,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ...simulators.machine import Machine
-from .baseline import ERROR_LENGTH_SPEED, Baseline, ModelError, again, model_error
+from .baseline import Baseline, again
 from .bends import with_bends
 from .calibration import residual_error, settled_further
 from .evidence import Problem
 from .form_error import FormErrors
 from .healthy_machine import healthy_machine
 from .lines import OrderLines
+from .model_error import ERROR_LENGTH_SPEED, ModelError, model_error
 from .model_form import Extended
 from .predict import Predictor, UnpredictableError
 from .pulse_place import turned

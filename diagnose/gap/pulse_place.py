@@ -19,9 +19,10 @@ from ...simulators.machine import Machine
 from .baseline import Baseline, start, widened_by
 from .calibration import calibrated
 from .coordinates import Coordinate
-from .healthy_evidence import ERROR_FACTORS, HealthyWhitening, evidence, is_explained, whitening_about
+from .healthy_evidence import ERROR_FACTORS, covariance_about, evidence, is_explained
 from .lacking_terms import lacking_terms
 from .likely_terms import USUAL
+from .line_covariance import LineCovariance
 from .lines import OrderLines
 from .predict import Predictor
 from .unbalance_direction import OwnUnbalance, own_unbalance
@@ -196,11 +197,11 @@ class _Turn:
 def _likeliest(current: Baseline, healthy: OrderLines, angles: np.ndarray) -> _Turn:
     """Return that turn, of some, at which the lines are likeliest."""
     found = _Turn(0.0, -math.inf, (0.0, 0.0))
-    for whitening, white in _whitened_turned(current, healthy, angles):
-        each = whitening.density(white)
+    for covariance, white in _whitened_turned(current, healthy, angles):
+        each = covariance.density(white)
         chosen = int(np.argmax(each))
         if each[chosen] > found.density:
-            x, y = current.prior[-2:] ** 2 * (whitening.whole(current.slopes[-2:]) @ white[chosen])
+            x, y = current.prior[-2:] ** 2 * (covariance.whole(current.slopes[-2:]) @ white[chosen])
             found = _Turn(float(angles[chosen]), float(each[chosen]), (float(x), float(y)))
     return found
 
@@ -217,15 +218,15 @@ def turn_nearby(current: Baseline, healthy: OrderLines, predictor: Predictor, *,
     turning = [term.slopes for term in terms]
     loose = widened_by(current, np.concatenate(turning)) if turning else current
     each = _whitened_turned(loose, healthy, NEAR)
-    curve = np.max([whitening.density(white) for whitening, white in each], axis=0)
+    curve = np.max([covariance.density(white) for covariance, white in each], axis=0)
     return float(NEAR[np.argmax(curve)]) if curve.max() > curve[NEAR.size // 2] + PLACE_GAIN else 0.0
 
 
 def _whitened_turned(
     current: Baseline, healthy: OrderLines, angles: np.ndarray
-) -> list[tuple[HealthyWhitening, np.ndarray]]:
-    """Return for each size of the model error the whitening and the whitened residuals, (angles, reals)."""
+) -> list[tuple[LineCovariance, np.ndarray]]:
+    """Return for each size of the model error the covariance and the whitened residuals, (angles, reals)."""
     expected = current.lines + np.tensordot(current.prior_mean, current.slopes, 1)
     left = _turned(healthy, angles) - expected
-    each = [whitening_about(current, healthy, factor) for factor in ERROR_FACTORS]
-    return [(whitening, whitening.whole(left)) for whitening in each]
+    each = [covariance_about(current, healthy, factor) for factor in ERROR_FACTORS]
+    return [(covariance, covariance.whole(left)) for covariance in each]

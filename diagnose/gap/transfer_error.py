@@ -13,9 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...simulators.assembly import Probe
-from .baseline import ERROR_LENGTH_SPEED, Baseline, similarity
+from .baseline import Baseline
 from .calibration import left_variance
 from .lines import Condition, OrderLines
+from .model_error import ERROR_LENGTH_SPEED, similarity
 
 #: A healthy line tells where it is so many times its noise (of one record; more tell more), and the model's at least
 #: this share of it.

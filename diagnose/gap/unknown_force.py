@@ -16,10 +16,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .baseline import similarity
 from .evidence import LAW_TOLERANCE, PROBE_TOLERANCE, Comparison
 from .force_kernels import ForceKernel, prior_shares
 from .lines import unstacked
+from .model_error import similarity
 from .transfer_error import LEAST
 
 #: Sizes tried, as shares of the largest line left in the order.

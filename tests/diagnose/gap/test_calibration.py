@@ -5,15 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from rotorwise.diagnose.gap import calibration
-from rotorwise.diagnose.gap.baseline import (
-    Baseline,
-    ModelError,
-    error_covariance,
-    linearised,
-    machine_at,
-    model_error,
-    start,
-)
+from rotorwise.diagnose.gap.baseline import Baseline, linearised, machine_at, start
 from rotorwise.diagnose.gap.calibration import (
     OWN_SHARE,
     calibrated,
@@ -27,6 +19,7 @@ from rotorwise.diagnose.gap.calibration import (
 from rotorwise.diagnose.gap.coordinates import coordinates_of
 from rotorwise.diagnose.gap.healthy_machine import healthy_machine
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
+from rotorwise.diagnose.gap.model_error import ModelError, error_covariance, model_error
 from rotorwise.diagnose.gap.predict import Predictor, UnpredictableError
 from rotorwise.diagnose.gap.pulse_place import turned
 from rotorwise.simulators.machine import find_machine

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from rotorwise.diagnose.gap.baseline import ERROR_LENGTH_SPEED, ModelError, similarity
 from rotorwise.diagnose.gap.error_smoothness import length_of
 from rotorwise.diagnose.gap.lines import Condition
+from rotorwise.diagnose.gap.model_error import ERROR_LENGTH_SPEED, ModelError, similarity
 
 LINES = (2, 3)
 SIZE = ModelError(np.ones(LINES), np.zeros(LINES))

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rotorwise.diagnose.gap.baseline import Baseline, error_covariance, noise_covariance
+from rotorwise.diagnose.gap.baseline import Baseline
 from rotorwise.diagnose.gap.coordinates import coordinates_of
 from rotorwise.diagnose.gap.evidence import (
     IDEALISED_LAW,
@@ -24,7 +24,8 @@ from rotorwise.diagnose.gap.evidence import (
     strength_columns,
 )
 from rotorwise.diagnose.gap.hypotheses import Candidate
-from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines, joined, stacked
+from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines, joined, noise_covariance, stacked
+from rotorwise.diagnose.gap.model_error import error_covariance
 from rotorwise.diagnose.gap.predict import Predictor
 from rotorwise.diagnose.gap.responses import Responses
 from rotorwise.diagnose.gap.transfer_error import none_of

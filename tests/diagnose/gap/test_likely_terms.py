@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from rotorwise.diagnose.gap.baseline import Baseline, model_error
+from rotorwise.diagnose.gap.baseline import Baseline
 from rotorwise.diagnose.gap.healthy_evidence import evidence
 from rotorwise.diagnose.gap.lacking_terms import Term
 from rotorwise.diagnose.gap.likely_terms import likely_terms, needed_terms, price_of
 from rotorwise.diagnose.gap.lines import Condition, OrderLines
+from rotorwise.diagnose.gap.model_error import model_error
 from rotorwise.simulators.effects.empirical_stiffness import EmpiricalStiffness
 from rotorwise.simulators.effects.residual_unbalance import ResidualUnbalance
 

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rotorwise.diagnose.gap.baseline import similarity
 from rotorwise.diagnose.gap.evidence import PROBE_TOLERANCE, comparison
 from rotorwise.diagnose.gap.lines import Condition, OrderLines
+from rotorwise.diagnose.gap.model_error import similarity
 from rotorwise.diagnose.gap.transfer_error import TransferError
 from rotorwise.diagnose.gap.unknown_force import _as_it_passes, unexplained
 
