@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...datasets.recording import Recording
-from .line_sizes import FEWEST_PERIODS, HALVES_TO, HIGHEST_SHARE, LEAST_BINS, WANDER, line_power
+from .line_sizes import FEWEST_PERIODS, HALVES_TO, HIGHEST_SHARE, LEAST_BINS, WANDER, least_seconds, line_power
 from .lines import LineKind
 from .observe import shaft_turns
 
@@ -111,6 +111,7 @@ def found_lines(
     stated : orders, kinds
         Lines that are looked at anyway.
     """
+    stated = _readable(stated, recordings)
     spectra = [_spectrum(one, channels, stated) for one in recordings]
     usual = [_spectrum(one, channels, stated) for one in healthy]
     found: list[FoundLine] = []
@@ -131,6 +132,22 @@ def found_lines(
     return found
 
 
+def _readable(stated: Stated, recordings: Sequence[Recording]) -> Stated:
+    """Return those of the lines that some recording is long enough for: others would hide what lies near them."""
+    lengths = [(_speed_hz(one), one.samples / one.rate_hz) for one in recordings]
+    kept = [
+        (order, kind)
+        for order, kind in zip(*stated, strict=True)
+        if kind.phase or any(least_seconds(order, kind, speed_hz) <= seconds for speed_hz, seconds in lengths)
+    ]
+    return [order for order, _ in kept], [kind for _, kind in kept]
+
+
+def _speed_hz(recording: Recording) -> float:
+    turns = shaft_turns(recording)
+    return float((turns[-1] - turns[0]) / (recording.samples - 1) * recording.rate_hz)
+
+
 def _peaks(spectra: Sequence[_Spectrum]) -> list[tuple[float, float, _Spectrum]]:
     return [(float(e), float(p), own) for own in spectra for p, e in zip(own.peaks, own.excess, strict=True)]
 
@@ -147,8 +164,7 @@ def _spectrum(recording: Recording, channels: Sequence[str], stated: Stated) -> 
 
     names = [channel.name for channel in recording.channels]
     signals = recording.signals[[names.index(name) for name in channels]]
-    turns = shaft_turns(recording)
-    speed_hz = float((turns[-1] - turns[0]) / (recording.samples - 1) * recording.rate_hz)
+    speed_hz = _speed_hz(recording)
     power = line_power(signals - signals.mean(axis=1, keepdims=True))
     resolution = recording.rate_hz / recording.samples
     frequency = np.arange(power.shape[1]) * resolution

@@ -102,6 +102,14 @@ def predicted_db(fits: Sequence[Fit], prepared: Prepared) -> list[float]:
     return [_db(without, residual_power(problem, explained(fit, problem))) for fit in fits]
 
 
+def smooth_db(parameters: int, prepared: Prepared) -> float:
+    """Return the same for a smooth function of speed with so many parameters: a placebo."""
+    problem = prepared.problem(prepared.held_out)
+    plain = problem.plain().expected
+    smooth = plain + _smooth(prepared, prepared.held_out, parameters)
+    return _db(residual_power(problem, plain), residual_power(problem, smooth))
+
+
 def residual_power(problem: Problem, simulated: np.ndarray) -> float:
     """Return the mean squared distance from the measured lines, in their noise and accuracy."""
     lines = problem.lines

@@ -22,7 +22,7 @@ from .baseline import again
 from .climb import FIRST_STEPS, climbed, laws_of
 from .evidence import Problem
 from .force_kernels import force_kernels
-from .gain import predicted_db
+from .gain import predicted_db, smooth_db
 from .joint_fit import jointly
 from .judged import TOLD_APART
 from .null_distribution import chance_of_residual
@@ -41,7 +41,8 @@ if TYPE_CHECKING:
 
 Names = tuple[str, ...]
 #: A name that brings the held-out lines so much farther from where they are than the calibrated machine has them is
-#: none, whatever density its uncertainty gives them.
+#: none, whatever density its uncertainty gives them. Nor is one without a density, where a function of speed that knows
+#: no physics brings them so much nearer.
 WORSE_DB = 1.0
 #: A rival whose held-out error is this much smaller draws level, of the most probable ones.
 BETTER_DB, RIVALS = 3.0, 4
@@ -247,13 +248,9 @@ def _levelled(seen: Posterior, prepared: Prepared, fits: Mapping[Names, Fit]) ->
     if leading and "unknown" not in leading:
         rivals = [names for names in fits if names not in ((), leading) and "unknown" not in names][:RIVALS]
         own, *others = predicted_db([fits[names] for names in (leading, *rivals)], prepared)
-        # Sizes of a machine that does not repeat itself are predicted to a factor: only a clear gain confirms.
-        least = 0.0 if prepared.predictor.repeats(prepared.baseline.machine) else AS_GOOD_DB
-        if own <= least and _needs_nothing(seen):
-            return _as_nothing(seen, leading)
-        lost = WORSE_DB if leading in seen.held_out else AS_GOOD_DB if _nothing_to_gain(seen) else 0.0
-        if own <= -lost:
-            return _unnamed(seen, leading, _no_nearer(leading))
+        refused = _not_confirmed(seen, prepared, fits[leading], own)
+        if refused is not None:
+            return refused
         unconfirmed = leading not in seen.held_out and own <= 0
         for names, other in zip(rivals, others, strict=True):
             fewer, behind = set(names) < set(leading), fits[leading].log_evidence - fits[names].log_evidence
@@ -271,6 +268,25 @@ def _levelled(seen: Posterior, prepared: Prepared, fits: Mapping[Names, Fit]) ->
         text += " For that it stands in front: the gain on these conditions is then no independent one."
     remarks = (text,) if level and leading else ()
     return _with(seen, shares), (*remarks, *([_SILENT.format(_said(leading))] if unconfirmed else []))
+
+
+def _not_confirmed(
+    seen: Posterior, prepared: Prepared, leading: Fit, own_db: float
+) -> tuple[Posterior, tuple[str, ...]] | None:
+    """Return the posterior without the leading name, where the held-out lines are no nearer with it; None where so."""
+    names, has_density = leading.names, leading.names in seen.held_out
+    # Sizes of a machine that does not repeat itself are predicted to a factor: only a clear gain confirms.
+    least = 0.0 if prepared.predictor.repeats(prepared.baseline.machine) else AS_GOOD_DB
+    if own_db <= least and _needs_nothing(seen):
+        return _as_nothing(seen, names)
+    nothing_to_gain = _nothing_to_gain(seen)
+    lost = WORSE_DB if has_density else AS_GOOD_DB if nothing_to_gain else 0.0
+    if own_db <= -lost:
+        return _unnamed(seen, names, _no_nearer(names))
+    smooth = -math.inf if has_density or nothing_to_gain else smooth_db(leading.position.size, prepared)
+    if smooth > own_db + WORSE_DB:
+        return _unnamed(seen, names, _SMOOTH_IS_NEARER.format(_said(names), own_db, smooth))
+    return None
 
 
 def _needs_nothing(seen: Posterior) -> bool:
@@ -291,6 +307,10 @@ def _nothing_to_gain(seen: Posterior) -> bool:
 _SILENT = (
     "In the held-out conditions nothing differs from the calibrated machine, and with {} hardly anything should: they "
     "do not confirm it."
+)
+_SMOOTH_IS_NEARER = (
+    "With {}, likeliest in the fitted conditions, the held-out error falls by {:.1f} dB, but by {:.1f} dB with a "
+    "smooth function of speed that has as many values: no name."
 )
 _NO_NEARER = (
     "{} makes the fitted lines likelier, but the held-out conditions are predicted no better with it, and without any "

@@ -112,3 +112,15 @@ def test_a_line_just_outside_the_band_of_a_stated_one_is_found():
     ((order, kind),) = _found([_record(f, i, (50.8, 0.05)) for i, f in enumerate(SPEEDS_HZ)])
     assert order == 0
     assert kind.frequency_hz == pytest.approx(50.8, abs=0.1 * RATE_HZ / SAMPLES)
+
+
+def test_a_stated_line_that_no_record_is_long_enough_for_hides_none():
+    # Forty turns do not tell 0.44X from 0.5X, but a line at 0.413X: what an effect states must not keep it out.
+    stated = ((*STATED[0], 0.44), (*STATED[1], LineKind(phase=False)))
+    whirling = [_record(f, i, (0.413 * f, 0.3)) for i, f in enumerate(SPEEDS_HZ)]
+    lengths = [round(40 / f * RATE_HZ) for f in SPEEDS_HZ]
+    short = [replace(one, signals=one.signals[:, :n]) for one, n in zip(whirling, lengths, strict=True)]
+    (line,) = found_lines(short, (), ["a"], stated)
+    assert line.order == pytest.approx(0.413, abs=0.005)
+    # Where a record is, a line at that place is looked at anyway.
+    assert not found_lines([_record(f, i, (0.44 * f, 0.3)) for i, f in enumerate(SPEEDS_HZ)], (), ["a"], stated)

@@ -58,9 +58,11 @@ def _after(
     evidences: dict[tuple[str, ...], float] | None = None,
     repeats: bool = True,
     healthy: bool = True,
+    smooth: float = 0.0,
 ) -> tuple[Posterior, tuple[str, ...]]:
     logs = dict.fromkeys(shares, 0.0) | (evidences or {})
-    fits: Any = [SimpleNamespace(names=one, log_evidence=logs[one]) for one in shares if one and one != UNKNOWN]
+    named = [one for one in shares if one and one != UNKNOWN]
+    fits: Any = [SimpleNamespace(names=one, log_evidence=logs[one], position=np.zeros(2)) for one in named]
     none: Any = SimpleNamespace(names=(), log_evidence=logs[()] - 4.0)
     something: Any = SimpleNamespace(log_evidence=0.0)
     compared: Any = None
@@ -74,6 +76,7 @@ def _after(
     monkeypatch.setattr(held_out, "predicted", predicted)
     own = gains or dict.fromkeys(shares, 10.0)
     monkeypatch.setattr(held_out, "predicted_db", lambda fits, _: [own[fit.names] for fit in fits])
+    monkeypatch.setattr(held_out, "smooth_db", lambda parameters, _: smooth if parameters == 2 else np.nan)
     predictor = SimpleNamespace(repeats=lambda machine: repeats)
     baseline, known = SimpleNamespace(machine=None), object() if healthy else None
     prepared: Any = SimpleNamespace(held_out=(1,), predictor=predictor, baseline=baseline, healthy=known)
@@ -153,6 +156,23 @@ def test_where_nothing_is_missed_in_the_held_out_lines_only_they_confirm_nothing
     found, remarks = _after(monkeypatch, shares, {(): 4.5}, gains={LEFT: own}, chance=left_by_nothing)
     assert judged(found.probabilities)[0] == kind
     assert ("do not confirm it" in "".join(remarks)) is (kind == "one cause")
+
+
+@pytest.mark.parametrize(("smooth", "left_by_nothing", "has_density", "kind"), [
+    (1.4, 1e-4, False, "one cause"), (1.6, 1e-4, False, "unknown"),
+    # Nothing to be seen there, and a density that says it better.
+    (1.6, 0.9, False, "one cause"), (1.6, 1e-4, True, "one cause"),
+])  # fmt: skip
+def test_without_a_density_a_smooth_function_that_is_clearly_nearer_takes_the_name(
+    monkeypatch, smooth, left_by_nothing, has_density, kind
+):
+    shares = {LEFT: 0.97, (): 0.02, UNKNOWN: 0.01}
+    monkeypatch.setattr(held_out, "chance_of_residual", lambda _: 1e-4)
+    densities = {(): 4.5} | ({LEFT: 5.0} if has_density else {})
+    chances = {"chance": 0.5, "all_chance": left_by_nothing}
+    found, remarks = _after(monkeypatch, shares, densities, gains={LEFT: 0.5}, smooth=smooth, **chances)
+    assert judged(found.probabilities)[0] == kind
+    assert ("by 1.6 dB with a smooth function of speed" in "".join(remarks)) is (kind == "unknown")
 
 
 @pytest.mark.parametrize(("own", "kind"), [(-0.8, "one cause"), (-1.2, "unknown")])
