@@ -14,6 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...simulators.machine import Machine
 from .baseline import Baseline, again, machine_at
 from .climb import laws_of
 from .evidence import Problem
@@ -33,6 +34,8 @@ SEED = 1
 OPEN = 0.3
 #: Fits that are looked at, and of which a machine is sought, the likeliest first.
 LOOKED_AT, SOUGHT = 4, 2
+#: Share of the machines that have to run.
+LEAST_RUNNING = 0.5
 #: How often the machine is moved on from the nearest one.
 MOVES = 4
 
@@ -78,6 +81,7 @@ def _wider(fit: Fit, problem: Problem, moves: np.ndarray) -> Fit | None:
     if not problem.predictor.repeats(fit.machine(problem.baseline.machine)):
         return None
     try:
+        moves = _that_run((fit, None), problem, moves)
         return _fitted_wider(fit, problem, moves) if _is_open(fit, problem, moves) else None
     except UnpredictableError:
         return None
@@ -86,8 +90,8 @@ def _wider(fit: Fit, problem: Problem, moves: np.ndarray) -> Fit | None:
 def _sought(fit: Fit, problem: Problem, moves: np.ndarray) -> Fit:
     """Return the fit about the nearest of the moved machines, which moves on from there."""
     try:
-        fit = _fitted_wider(fit, problem, moves[:DRAWS]) or fit
-        nearest = problem.moved(_nearest(fit, problem, moves))
+        fit = _fitted_wider(fit, problem, _that_run((fit,), problem, moves[:DRAWS])) or fit
+        nearest = problem.moved(_nearest(fit, problem, _that_run((fit,), problem, moves)))
         return jointly(replace(fit, problem=None), nearest, moves=MOVES)
     except UnpredictableError:
         return fit
@@ -101,12 +105,40 @@ def _open_moves(at_healthy: Baseline, healthy: OrderLines) -> np.ndarray:
     return np.random.default_rng(SEED).standard_normal((PLACES, own)) @ lower.T + change[:own]
 
 
+def _that_run(fits: Sequence[Fit | None], problem: Problem, moves: np.ndarray) -> np.ndarray:
+    """Return the moves to machines that run with each fit's effects, or without: some of those drawn may be unstable.
+
+    Raises
+    ------
+    UnpredictableError
+        Where hardly any does.
+    """
+    each = [_moved(fit, problem.baseline, problem, moves) for fit in fits]
+    problem.predictor.prepare([machine for machines in each for machine in machines])
+    runs = np.array([all(_runs(machine, problem) for machine in same) for same in zip(*each, strict=True)])
+    if runs.mean() < LEAST_RUNNING:
+        raise UnpredictableError(f"Of {runs.size} machines {runs.sum()} run.")
+    return moves[runs]
+
+
+def _runs(machine: Machine, problem: Problem) -> bool:
+    try:
+        problem.predictor.amplitudes(machine)
+    except UnpredictableError:
+        return False
+    return True
+
+
 def _lines_of(fit: Fit | None, baseline: Baseline, problem: Problem, moves: np.ndarray) -> np.ndarray:
     """Return the lines of moved machines with the effects, or without, shape (moves, conditions, probes, orders)."""
-    moved = [machine_at(problem.baseline.machine, baseline.coordinates, baseline.position + move) for move in moves]
-    machines = [fit.machine(one) if fit else one for one in moved]
+    machines = _moved(fit, baseline, problem, moves)
     problem.predictor.prepare(machines)
     return np.stack([problem.predictor.amplitudes(one) for one in machines])
+
+
+def _moved(fit: Fit | None, baseline: Baseline, problem: Problem, moves: np.ndarray) -> list[Machine]:
+    moved = [machine_at(problem.baseline.machine, baseline.coordinates, baseline.position + move) for move in moves]
+    return [fit.machine(one) if fit else one for one in moved]
 
 
 def _is_open(fit: Fit, problem: Problem, moves: np.ndarray) -> bool:

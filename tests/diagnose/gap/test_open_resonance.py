@@ -9,6 +9,7 @@ from rotorwise.diagnose.gap.explain import prepare
 from rotorwise.diagnose.gap.hypotheses import candidates
 from rotorwise.diagnose.gap.null_distribution import chance_of_residual
 from rotorwise.diagnose.gap.open_resonance import at_open_resonances
+from rotorwise.diagnose.gap.predict import UnpredictableError
 from rotorwise.diagnose.gap.refine import Fit, refined
 from rotorwise.diagnose.gap.two_effects import MISFIT
 from rotorwise.simulators import rigid_coupling
@@ -53,6 +54,19 @@ def test_effect_and_machine_are_found_together(prepared):
     assert found.values()[0]["angle_rad"] == pytest.approx(HIDDEN.angle_rad, abs=0.03)
     bolts = found.problem.baseline.machine.values["bolt_stiffness_n_m"]
     assert bolts == pytest.approx(STIFFER * rigid_coupling.values["bolt_stiffness_n_m"], rel=0.01)
+
+
+@pytest.mark.parametrize("failing", [3, 9])
+def test_machines_that_do_not_run_are_left_out_where_most_do(prepared, monkeypatch, failing):
+    problem = prepared.problem([0, 3, 4])
+    moves = 1e-3 * np.random.default_rng(2).normal(size=(12, len(problem.baseline.coordinates)))
+    asked = iter([False] * failing + [True] * (len(moves) - failing))
+    monkeypatch.setattr(module, "_runs", lambda machine, problem: next(asked))
+    if failing > len(moves) / 2:
+        with pytest.raises(UnpredictableError, match="Of 12 machines 3 run"):
+            module._that_run((None,), problem, moves)
+    else:
+        assert np.array_equal(module._that_run((None,), problem, moves), moves[failing:])
 
 
 def test_nothing_changes_away_from_the_resonance(prepared):
