@@ -33,7 +33,7 @@ from .responses import Responses
 from .result import AS_GOOD_DB
 from .search import GOOD, Posterior
 from .shown_lines import SHOWN
-from .two_effects import MISFIT, MOVES
+from .two_effects import LITTLE, MISFIT, MOVES
 from .unknown_force import unexplained
 
 if TYPE_CHECKING:
@@ -42,7 +42,8 @@ if TYPE_CHECKING:
 Names = tuple[str, ...]
 #: A name that brings the held-out lines so much farther from where they are than the calibrated machine has them is
 #: none, whatever density its uncertainty gives them. Nor is one without a density, where a function of speed that knows
-#: no physics brings them so much nearer.
+#: no physics brings them so much nearer, and the name not half of the way: between neighbouring speeds such a function
+#: may well be more exact than a physical one.
 WORSE_DB = 1.0
 #: A rival whose held-out error is this much smaller draws level, of the most probable ones.
 BETTER_DB, RIVALS = 3.0, 4
@@ -284,9 +285,14 @@ def _not_confirmed(
     if own_db <= -lost:
         return _unnamed(seen, names, _no_nearer(names))
     smooth = -math.inf if has_density or nothing_to_gain else smooth_db(leading.position.size, prepared)
-    if smooth > own_db + WORSE_DB:
+    if smooth > own_db + WORSE_DB and _explained(own_db) < LITTLE * _explained(smooth):
         return _unnamed(seen, names, _SMOOTH_IS_NEARER.format(_said(names), own_db, smooth))
     return None
+
+
+def _explained(gain_db: float) -> float:
+    """Return the share of a squared error that is gone when it has fallen by so many dB."""
+    return 1 - 10 ** (-gain_db / 10)
 
 
 def _needs_nothing(seen: Posterior) -> bool:
