@@ -9,13 +9,13 @@ from ...simulators.errors import RotorwiseError
 from ...simulators.machine import Machine
 from .evidence import Comparison
 from .hypotheses import Candidate
-from .wanted_lines import is_anywhere, is_locked, same_line
+from .wanted_lines import MOST_OF_ONE, is_anywhere, is_locked, same_line
 
 #: A line shows from this many standard deviations on, at any probe and in any condition.
 SHOWN = 3.0
 #: From so many on it is clear beyond the chance of the many lines compared.
 CLEAR = 6.0
-#: Of an effect's lines, which it states strongest first, so many are asked for.
+#: Of an effect's lines, which it states strongest first, so many have to show; the others that are looked at, clearly.
 STRONGEST = 2
 
 
@@ -45,18 +45,18 @@ def _has_grown(effect: Effect, machine: Machine, compared: Comparison) -> bool:
         return True
     if any(is_locked(line) for line in lines):
         return True
-    lines = lines[:STRONGEST]
+    lines = lines[:MOST_OF_ONE]
     speeds = [one.speed_rpm for one in compared.lines.conditions]
-    columns = [
-        number
-        for number, (order, kind) in enumerate(zip(compared.lines.orders, compared.lines.kinds, strict=True))
-        if not kind.phase
-        and any(same_line((abs(line.order), line.frequency_hz), (order, kind.frequency_hz), speeds) for line in lines)
-    ]
-    if not columns:
-        # A line that may lie anywhere and was found nowhere is not there.
-        return not lines or not all(is_anywhere(effect, line) for line in lines)
-    return bool((sigmas(compared)[:, :, columns] > SHOWN).any())
+    size, compares = sigmas(compared).max(axis=(0, 1)), False
+    for number, (order, kind) in enumerate(zip(compared.lines.orders, compared.lines.kinds, strict=True)):
+        place = order, kind.frequency_hz
+        stated = [same_line((abs(line.order), line.frequency_hz), place, speeds) for line in lines]
+        if not kind.phase and any(stated):
+            compares = True
+            if size[number] > (SHOWN if any(stated[:STRONGEST]) else CLEAR):
+                return True
+    # A line that may lie anywhere and was found nowhere is not there.
+    return not compares and (not lines or not all(is_anywhere(effect, line) for line in lines))
 
 
 def standing_out(compared: Comparison) -> tuple[tuple[float, float], ...]:

@@ -89,21 +89,32 @@ def test_a_defect_of_a_bearing_is_looked_for_where_the_balls_pass_whatever_its_s
         assert not may_show(_candidate("outer_race_defect", slip=slip), rig, silent)
 
 
+@pytest.mark.parametrize(("number", "size", "shows"), [(0, 4.0, True), (2, 4.0, False), (2, 7.0, True)])
+def test_of_the_lines_that_an_effect_states_the_third_must_be_clear(number, size, shows):
+    # A wheel off centre: sidebands of the mesh, and its own turn in the transmission error, which may be all there is.
+    gearbox = find_machine("gearbox")
+    wheel = _candidate("gear_eccentricity")
+    wheel = replace(wheel, effect=replace(wheel.effect, at="wheel"))
+    orders = tuple(abs(line.order) for line in wheel.effect.signature(gearbox))
+    lines = _silent(orders, (LineKind(phase=False),) * len(orders), clear=number, size=size)
+    assert may_show(wheel, gearbox, lines) is shows
+
+
 def _candidate(name, **values):
     effect = effect_catalogue()[name]().with_values(**values)
     return Candidate(effect, coordinates_of(effect.parameters()))
 
 
-def _silent(orders, kinds, *, clear=None):
+def _silent(orders, kinds, *, clear=None, size=10.0):
     """Lines of nothing in noise, of which one is clear."""
     shape = (len(SPEEDS_RPM), 1, len(orders))
     amplitudes = np.zeros(shape, dtype=complex)
     if clear is not None:
-        amplitudes[:, :, clear] = 10.0
+        amplitudes[:, :, clear] = size
     lines = OrderLines(tuple(map(Condition, SPEEDS_RPM)), ("a",), tuple(orders), amplitudes, np.ones(shape), kinds)
-    size, nothing = int(lines.parts.sum()), np.zeros(0)
-    unit, flat = np.eye(size), np.zeros(shape, dtype=complex)
-    return Comparison(lines, flat, unit, unit, np.zeros(size), 0.0, nothing, np.zeros((0, size)), none_of(lines))
+    reals, nothing = int(lines.parts.sum()), np.zeros(0)
+    unit, flat = np.eye(reals), np.zeros(shape, dtype=complex)
+    return Comparison(lines, flat, unit, unit, np.zeros(reals), 0.0, nothing, np.zeros((0, reals)), none_of(lines))
 
 
 def test_without_a_speed_no_line_is_told_from_another():
