@@ -10,6 +10,13 @@ PYTEST_ARGS ?=
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 
+# Where there is uv it installs, in a tenth of the time; where it cannot, pip does.
+UV ?= $(shell command -v uv 2>/dev/null)
+INSTALL = install() { \
+  { [ -n "$(UV)" ] && $(UV) pip install --quiet --python "$$1" "$${@:2}" 2>/dev/null; } || \
+  "$$1" -m pip install --quiet --disable-pip-version-check --no-compile "$${@:2}"; \
+}; install
+
 .PHONY: demo test test-slow test-oldest test-oldest-some lint clean
 .DELETE_ON_ERROR:
 
@@ -59,7 +66,7 @@ test-oldest-some:
 .venv-oldest/stamp: tests/oldest.txt pyproject.toml | $(VENV)/stamp-venv
 	rm -rf .venv-oldest
 	$(BIN)/python -m venv .venv-oldest
-	.venv-oldest/bin/python -m pip install --quiet --disable-pip-version-check --no-compile -c tests/oldest.txt -e '.[test]'
+	$(INSTALL) .venv-oldest/bin/python -c tests/oldest.txt -e '.[test]'
 	touch $@
 
 clean:
@@ -67,15 +74,15 @@ clean:
 
 # A changed pyproject.toml is newer than the stamps and installs again.
 $(VENV)/stamp-run: pyproject.toml | $(VENV)/stamp-venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -e .
+	$(INSTALL) $(BIN)/python -e .
 	touch $@
 
 $(VENV)/stamp-test: pyproject.toml | $(VENV)/stamp-venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -e '.[test,test-stores]'
+	$(INSTALL) $(BIN)/python -e '.[test,test-stores]'
 	touch $@ $(VENV)/stamp-run
 
 $(VENV)/stamp-lint: pyproject.toml | $(VENV)/stamp-venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -e '.[test,test-stores,lint]'
+	$(INSTALL) $(BIN)/python -e '.[test,test-stores,lint]'
 	touch $@ $(VENV)/stamp-test $(VENV)/stamp-run
 
 # A stamp, not bin/python: an environment whose making was interrupted has bin/python but no pip.
