@@ -66,7 +66,7 @@ test-oldest-some:
 .venv-oldest/stamp: tests/oldest.txt pyproject.toml | $(VENV)/stamp-venv
 	rm -rf .venv-oldest
 	$(BIN)/python -m venv .venv-oldest
-	$(INSTALL) .venv-oldest/bin/python -c tests/oldest.txt -e '.[test]'
+	@$(INSTALL) .venv-oldest/bin/python -c tests/oldest.txt -e '.[test]'
 	touch $@
 
 clean:
@@ -74,15 +74,15 @@ clean:
 
 # A changed pyproject.toml is newer than the stamps and installs again.
 $(VENV)/stamp-run: pyproject.toml | $(VENV)/stamp-venv
-	$(INSTALL) $(BIN)/python -e .
+	@$(INSTALL) $(BIN)/python -e .
 	touch $@
 
 $(VENV)/stamp-test: pyproject.toml | $(VENV)/stamp-venv
-	$(INSTALL) $(BIN)/python -e '.[test,test-stores]'
+	@$(INSTALL) $(BIN)/python -e '.[test,test-stores]'
 	touch $@ $(VENV)/stamp-run
 
 $(VENV)/stamp-lint: pyproject.toml | $(VENV)/stamp-venv
-	$(INSTALL) $(BIN)/python -e '.[test,test-stores,lint]'
+	@$(INSTALL) $(BIN)/python -e '.[test,test-stores,lint]'
 	touch $@ $(VENV)/stamp-test $(VENV)/stamp-run
 
 # A stamp, not bin/python: an environment whose making was interrupted has bin/python but no pip.
