@@ -15,7 +15,8 @@ from .wanted_lines import MOST_OF_ONE, is_anywhere, is_locked, same_line
 SHOWN = 3.0
 #: From so many on it is clear beyond the chance of the many lines compared.
 CLEAR = 6.0
-#: Of an effect's lines, which it states strongest first, so many have to show; the others that are looked at, clearly.
+#: Of an effect's lines, which it states strongest first, one of so many has to show, or clearly one of the others that
+#: are looked at.
 STRONGEST = 2
 
 
@@ -52,8 +53,9 @@ def _has_grown(effect: Effect, machine: Machine, compared: Comparison) -> bool:
         place = order, kind.frequency_hz
         stated = [same_line((abs(line.order), line.frequency_hz), place, speeds) for line in lines]
         if not kind.phase and any(stated):
-            compares = True
-            if size[number] > (SHOWN if any(stated[:STRONGEST]) else CLEAR):
+            strongest = any(stated[:STRONGEST])
+            compares |= strongest
+            if size[number] > (SHOWN if strongest else CLEAR):
                 return True
     # A line that may lie anywhere and was found nowhere is not there.
     return not compares and (not lines or not all(is_anywhere(effect, line) for line in lines))
