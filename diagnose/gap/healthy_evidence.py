@@ -20,7 +20,7 @@ ERROR_FACTORS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 WITHIN = 3.0
 
 
-def covariance_about(current: Baseline, healthy: OrderLines, factor: float) -> LineCovariance:
+def covariance_of_all(current: Baseline, healthy: OrderLines, factor: float) -> LineCovariance:
     """Return the covariance about a machine with the usual model error times a factor, of all that is uncertain."""
     errors = error_blocks(healthy.conditions, factor * model_error(current.lines))
     return line_covariance(healthy, errors, current.slopes, current.prior)
@@ -28,7 +28,7 @@ def covariance_about(current: Baseline, healthy: OrderLines, factor: float) -> L
 
 def whitened(current: Baseline, healthy: OrderLines, factor: float) -> tuple[LineCovariance, np.ndarray, float]:
     """Return the covariance, what the machine leaves of the lines whitened by it, and the logarithm of its density."""
-    covariance = covariance_about(current, healthy, factor)
+    covariance = covariance_of_all(current, healthy, factor)
     white = covariance.whole(_left_over(current, healthy))
     return covariance, white, float(covariance.density(white))
 

@@ -214,12 +214,6 @@ def unstacked(values: np.ndarray, parts: np.ndarray) -> np.ndarray:
     return result
 
 
-def noise_covariance(lines: OrderLines) -> np.ndarray:
-    """Return the covariance of the stacked lines' noise, diagonal."""
-    real, imaginary = lines.parts
-    return np.diag(np.concatenate([lines.deviations[real], lines.deviations[imaginary]]) ** 2)
-
-
 def seen_in(parts: np.ndarray) -> np.ndarray:
     """Return what says something line by line, (2, probes, orders, conditions)."""
     return np.moveaxis(parts, 1, -1)

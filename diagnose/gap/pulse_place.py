@@ -19,7 +19,7 @@ from ...simulators.machine import Machine
 from .baseline import Baseline, start, widened_by
 from .calibration import calibrated
 from .coordinates import Coordinate
-from .healthy_evidence import ERROR_FACTORS, covariance_about, evidence, is_explained
+from .healthy_evidence import ERROR_FACTORS, covariance_of_all, evidence, is_explained
 from .lacking_terms import lacking_terms
 from .likely_terms import USUAL
 from .line_covariance import LineCovariance
@@ -228,5 +228,5 @@ def _whitened_turned(
     """Return for each size of the model error the covariance and the whitened residuals, (angles, reals)."""
     expected = current.lines + np.tensordot(current.prior_mean, current.slopes, 1)
     left = _turned(healthy, angles) - expected
-    each = [covariance_about(current, healthy, factor) for factor in ERROR_FACTORS]
+    each = [covariance_of_all(current, healthy, factor) for factor in ERROR_FACTORS]
     return [(covariance, covariance.whole(left)) for covariance in each]

@@ -24,7 +24,7 @@ from rotorwise.diagnose.gap.evidence import (
     strength_columns,
 )
 from rotorwise.diagnose.gap.hypotheses import Candidate
-from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines, joined, noise_covariance, stacked
+from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines, joined, stacked
 from rotorwise.diagnose.gap.model_error import error_covariance
 from rotorwise.diagnose.gap.predict import Predictor
 from rotorwise.diagnose.gap.responses import Responses
@@ -86,7 +86,7 @@ def test_conditioning_on_the_healthy_lines_is_that_of_the_joint_gaussian():
     both = joined(healthy, lines)
     slopes = stacked(np.concatenate([at_healthy.slopes, baseline.slopes], axis=1), both.parts)
     whole = slopes.T @ np.diag(prior**2) @ slopes + error_covariance(both.conditions, error, both.parts)
-    whole += noise_covariance(both)
+    whole += np.diag(stacked((1 + 1j) * both.deviations, both.parts) ** 2)
     model = np.concatenate([at_healthy.lines, baseline.lines]) + np.tensordot(
         mean, np.concatenate([at_healthy.slopes, baseline.slopes], axis=1), 1
     )

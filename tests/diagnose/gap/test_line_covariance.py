@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from rotorwise.diagnose.gap.line_covariance import LineCovariance, line_covariance
-from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines, noise_covariance, stacked
+from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines, stacked
 from rotorwise.diagnose.gap.model_error import error_blocks, error_covariance
 from rotorwise.simulators.machine import find_machine
 
@@ -38,7 +38,8 @@ def _both(generator: np.random.Generator, count: int) -> tuple[OrderLines, LineC
     slopes, prior = _slopes(generator, lines, count), np.resize(PRIOR, count)
     error = generator.uniform(0.1, 1.0, size=lines.amplitudes.shape[1:])
     flat = stacked(slopes, lines.parts)
-    whole = noise_covariance(lines) + error_covariance(lines.conditions, error, lines.parts)
+    whole = np.diag(stacked((1 + 1j) * lines.deviations, lines.parts) ** 2)
+    whole += error_covariance(lines.conditions, error, lines.parts)
     whole += (flat.T * prior**2) @ flat
     return lines, line_covariance(lines, error_blocks(lines.conditions, error), slopes, prior), whole, flat
 
