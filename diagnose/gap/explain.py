@@ -13,6 +13,7 @@ from ...simulators.effect import effect_catalogue
 from ...simulators.errors import InvalidValueError
 from ...simulators.machine import Machine
 from ...simulators.solvers.blas import single_blas_thread
+from .envelope_lines import Spectrum, envelopes_of
 from .envelope_noise import noise_of_records, not_of_the_fault
 from .evidence import Comparison
 from .first_look import explainable, in_the_middle, reach
@@ -34,7 +35,7 @@ from .screening import Screening, telling_conditions
 from .search import search
 from .shown_lines import may_show, standing_out
 from .size_scale import knees_of, on_scale
-from .struck_rhythm import Spectrum, envelopes_of, heard_beside, not_heard, of_a_rhythm
+from .struck_rhythm import heard_beside, not_heard, of_a_rhythm
 from .verdict import told
 from .wanted_lines import STRUCK, wanted_lines
 from .waveform import ONLY_IN_WAVEFORM, SUSPECTED, lossy_channels, seen_in_waveform, variations, with_doubt
@@ -193,7 +194,8 @@ def prepare(
     probes = machine.bare_assembly().probes
     turning = [one.name for one in probes if (one.direction, one.quantity) == ("torsion", "velocity")]
     measured = with_doubt(measured, seen, variations(campaign.recordings), raw, turning)
-    envelopes = envelopes_of(campaign.recordings, [one.speed_rpm for one in measured.conditions])
+    speeds, before = ([row.speed_rpm for row in one.conditions] if one else [] for one in (measured, healthy))
+    envelopes = envelopes_of(campaign.recordings, speeds, campaign.baseline, before)
     measured = _without_rhythm(measured, machine, envelopes, without)
     unseen = {measured.orders[i] for i in np.flatnonzero(~measured.seen.any(axis=(0, 1)))}
     further = tuple(place for place in further if place[1] or place[0] not in unseen)

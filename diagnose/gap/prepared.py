@@ -11,6 +11,7 @@ from ...simulators.machine import Machine
 from .baseline import Baseline, again
 from .bends import with_bends
 from .calibration import residual_error, settled_further
+from .envelope_lines import Spectrum
 from .evidence import Problem
 from .form_error import FormErrors
 from .healthy_machine import healthy_machine
@@ -19,7 +20,6 @@ from .model_error import ERROR_LENGTH_SPEED, ModelError, model_error
 from .model_form import Extended
 from .predict import Predictor, UnpredictableError
 from .pulse_place import turned
-from .struck_rhythm import Spectrum
 from .transfer_error import TransferError, learnt, none_of
 from .without_healthy import UNSEEN, OnLines, on_lines_to_explain, pulse_doubted
 

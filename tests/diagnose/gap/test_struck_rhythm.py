@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from rotorwise.datasets.recording import Channel, OperatingCondition, Provenance, Recording
-from rotorwise.diagnose.gap.struck_rhythm import envelopes_of, heard_beside, not_heard, of_a_rhythm, rhythm
+from rotorwise.diagnose.gap.envelope_lines import envelopes_of
+from rotorwise.diagnose.gap.struck_rhythm import heard_beside, not_heard, of_a_rhythm, rhythm
 from rotorwise.simulators import test_rig
 from rotorwise.simulators.effects.ball_defect import BallDefect
 from rotorwise.simulators.effects.cage_defect import CageDefect
@@ -76,6 +77,52 @@ def test_a_rhythm_that_no_effect_has_excludes_them_all() -> None:
 def test_without_the_race_that_is_struck_the_others_are_not_it() -> None:
     made = [struck(speed, inner=False, slip=0.01, seed=k) for k, speed in enumerate(SPEEDS_RPM)]
     assert not_heard(RACES[1:], test_rig, envelopes_of(made, SPEEDS_RPM)) == frozenset(RACES[1:])
+
+
+def test_what_the_healthy_machine_beats_in_hides_no_race() -> None:
+    # Balls pass a sound outer race, twice as loud as what strikes the inner one.
+    passed = [struck(speed, inner=False, slip=0.02, seed=k + 9) for k, speed in enumerate(SPEEDS_RPM)]
+    made = [struck(speed, inner=True, slip=0.01, seed=k) for k, speed in enumerate(SPEEDS_RPM)]
+    both = [replace(one, signals=one.signals + 2 * of.signals) for one, of in zip(made, passed, strict=True)]
+    healthy = [replace(one, signals=2 * one.signals) for one in passed[:2]]
+    assert RACES[1] in not_heard(RACES, test_rig, envelopes_of(both, SPEEDS_RPM))
+    envelopes = envelopes_of(both[:2], SPEEDS_RPM[:2], healthy, SPEEDS_RPM[:2])
+    assert rhythm(RACES[0], test_rig, envelopes).share < 0.05
+    assert RACES[1] not in not_heard(RACES, test_rig, envelopes)
+    # What is there only now is heard as before, whatever else the healthy records hold.
+    assert RACES[0] in not_heard(RACES, test_rig, envelopes_of(made, SPEEDS_RPM, passed[:1], SPEEDS_RPM[:1]))
+    # The same race, ten times as loud as it was, is news.
+    louder = [replace(one, signals=10 * one.signals) for one in made]
+    same = rhythm(RACES[1], test_rig, envelopes_of(louder, SPEEDS_RPM, made, SPEEDS_RPM))
+    assert same == rhythm(RACES[1], test_rig, envelopes_of(louder, SPEEDS_RPM))
+    assert all(one.orders.size == 0 for one in envelopes_of(made, SPEEDS_RPM, made, SPEEDS_RPM))
+    # Other channels say nothing of these.
+    other = [replace(one, channels=(Channel(name="housing_b_y", quantity="acceleration"),)) for one in made]
+    assert all(one.orders.size for one in envelopes_of(made, SPEEDS_RPM, other, SPEEDS_RPM))
+
+
+def test_lines_that_lie_as_well_elsewhere_are_not_heard() -> None:
+    # Nine tenths of what stands out is a rhythm that no effect has; the outer race's lines meet a tenth of it.
+    made = [struck(speed, inner=False, slip=0.12, seed=k) for k, speed in enumerate(SPEEDS_RPM)]
+    envelopes = envelopes_of(made, SPEEDS_RPM)
+    lines = np.array([line.order for line in RACES[0].signature(test_rig)[:4]])
+    added = [
+        replace(
+            one,
+            orders=np.append(one.orders, lines),
+            power=np.append(one.power, np.full(4, 0.025 * one.power.sum())),
+        )
+        for one in envelopes
+    ]
+    assert 0.05 < rhythm(RACES[0], test_rig, added).share < 0.4
+    assert RACES[0] in not_heard(EVERY, test_rig, added)
+    # The same share is heard where the rest follows no rhythm at all.
+    generator = np.random.default_rng(0)
+    spread = [
+        replace(one, orders=np.append(generator.uniform(1.0, 25.0, 40), lines), power=np.append(np.ones(40), [1.0] * 4))
+        for one in envelopes
+    ]
+    assert RACES[0] not in not_heard(EVERY, test_rig, spread)
 
 
 def test_noise_and_no_acceleration_exclude_nothing() -> None:
