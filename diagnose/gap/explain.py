@@ -36,6 +36,7 @@ from .search import search
 from .shown_lines import may_show, standing_out
 from .size_scale import knees_of, on_scale
 from .struck_rhythm import heard_beside, not_heard, of_a_rhythm
+from .unsteady import unsteady
 from .verdict import told
 from .wanted_lines import STRUCK, wanted_lines
 from .waveform import ONLY_IN_WAVEFORM, SUSPECTED, lossy_channels, seen_in_waveform, variations, with_doubt
@@ -196,6 +197,7 @@ def prepare(
     measured = with_doubt(measured, seen, variations(campaign.recordings), raw, turning)
     speeds, before = ([row.speed_rpm for row in one.conditions] if one else [] for one in (measured, healthy))
     envelopes = envelopes_of(campaign.recordings, speeds, campaign.baseline, before)
+    restless = unsteady(campaign.recordings, speeds, campaign.baseline, before, list(channels))
     measured = _without_rhythm(measured, machine, envelopes, without)
     unseen = {measured.orders[i] for i in np.flatnonzero(~measured.seen.any(axis=(0, 1)))}
     further = tuple(place for place in further if place[1] or place[0] not in unseen)
@@ -213,7 +215,7 @@ def prepare(
         healthy, own = healthy and on_scale(healthy, knees), own and replace(own, knees=knees)
     found = put_together(machine, measured, predictor, healthy, own, as_given=as_given, tell=tell)
     found = replace(found, waveform=waveform, flawed=flawed, found_lines=further, envelopes=envelopes)
-    return replace(found, mended=put_back is not None)
+    return replace(found, mended=put_back is not None, unsteady=restless)
 
 
 def _without_rhythm(

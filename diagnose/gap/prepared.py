@@ -21,6 +21,7 @@ from .model_form import Extended
 from .predict import Predictor, UnpredictableError
 from .pulse_place import turned
 from .transfer_error import TransferError, learnt, none_of
+from .unsteady import Unsteady
 from .without_healthy import UNSEEN, OnLines, on_lines_to_explain, pulse_doubted
 
 #: From so many conditions on, a part of them is held out.
@@ -64,6 +65,8 @@ class Prepared:
         What stands out of the envelopes of the recordings to explain; empty where only lines are known.
     mended : bool
         Whether samples that had been lost were put back.
+    unsteady : tuple of Unsteady
+        Records that do not repeat as the healthy machine does.
     """
 
     measured: OrderLines
@@ -84,6 +87,7 @@ class Prepared:
     by_lines: OnLines | None = None
     envelopes: tuple[Spectrum, ...] = ()
     mended: bool = False
+    unsteady: tuple[Unsteady, ...] = ()
 
     def problem(self, chosen: Sequence[int]) -> Problem:
         """Return the problem of some of the conditions."""

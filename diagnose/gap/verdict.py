@@ -32,6 +32,7 @@ from .search import Posterior
 from .shown_lines import sigmas
 from .size_scale import from_scale, in_units
 from .tuned import SAME, in_band
+from .unsteady import channels_of, unsteady_words
 from .wanted_lines import is_locked
 from .waveform import SUSPECTED, accounts_for_lines
 from .within_law import loose_law_words
@@ -55,7 +56,10 @@ def told(
     remarks: Sequence[str],
 ) -> GapResult:
     """Return the whole answer; ``forces`` are added for what is unknown, ``remarks`` say what they leave out."""
-    if prepared.flawed:
+    flawed = prepared.flawed
+    if not flawed and judged(posterior.probabilities)[0] in ("none", "cannot tell"):
+        flawed = channels_of(prepared.unsteady, prepared.waveform)
+    if flawed:
         posterior = replace(posterior, probabilities=_not_nothing(posterior.probabilities))
     kind, names, together = judged(posterior.probabilities)
     # A suspicion is a cause only where nothing else is, and the healthy machine's records do not raise it.
@@ -78,6 +82,7 @@ def told(
     rivals = _rivals(posterior, [other for other in together if other != names])
     suspected = [_suspicion(name, own) for name, own in prepared.waveform.items() if name not in shown]
     own = _own_remarks(posterior, prepared, best, rivals, nameless=kind == "unknown" and not best.candidates)
+    restless = unsteady_words(prepared.unsteady) if kind == "unknown" else ()
     added = tuple(as_effect(one) for one in forces)
     form = form_of(prepared.form) if prepared.form else None
     after = explained(best, everything, further=added)
@@ -99,10 +104,10 @@ def told(
         calibrated=calibrated,
         extended=best.machine(best.problem.baseline.machine if best.problem else calibrated).with_effects(*added),
         not_compared=dict(not_compared),
-        remarks=(*filter(None, [form_words(form)]), *own, *remarks, *suspected),
+        remarks=(*filter(None, [form_words(form)]), *own, *remarks, *suspected, *restless),
         empirical=tuple(forces),
         scores=_scores(posterior),
-        flawed=prepared.flawed,
+        flawed=flawed,
         form=form,
     )
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from rotorwise.datasets.recording import Campaign, Recording
 from rotorwise.diagnose.gap.explain import explain_gap
+from rotorwise.diagnose.gap.words import headline
 from rotorwise.simulators import rigid_coupling
 
 from .made_campaigns import recorded
@@ -94,3 +95,19 @@ def test_run_out_of_any_shape_is_named(campaign):
     for n, height in enumerate(heights, start=1):
         estimate = found.causes[0].parameters[f"harmonic_{n}_m"]
         assert estimate.low < height < estimate.high
+
+
+def test_a_record_that_does_not_repeat_is_not_called_nothing(campaign):
+    generator = np.random.default_rng(3)
+    quiet = explain_gap(campaign, rigid_coupling, only=frozenset(("unbalance",)))
+    assert quiet.kind == "none"
+
+    def restless(rows, number, time_s):
+        for row in rows.values():
+            row += (0.3 * row.std() if number == 2 else 0.0) * generator.normal(size=row.size)
+
+    found = explain_gap(_with(campaign, restless), rigid_coupling, only=frozenset(("unbalance",)))
+    assert (found.kind, found.causes) == ("unknown", ())
+    assert {"rotor_2.x", "rotor_2.y"} <= set(found.flawed)
+    assert any("1300 rpm" in said and "does not repeat" in said for said in found.remarks)
+    assert "seen in the waveform of rotor_2.x and rotor_2.y" in headline(found)
