@@ -14,7 +14,7 @@ from .healthy_evidence import evidence, is_explained
 from .lines import OrderLines
 from .model_form import Extended, extended
 from .predict import Predictor
-from .pulse_place import PLACE_GAIN, Placed, is_better, placed_at, placings, turn_nearby, turned
+from .pulse_place import PLACE_GAIN, Placed, placed_at, placings, turn_nearby, turned
 
 #: How often a place of the pulse is looked for once more when what the model lacks has been added.
 ROUNDS = 2
@@ -91,7 +91,7 @@ def healthy_machine(
             break
         angle = math.remainder(placed.pulse_rad + turn, 2 * math.pi)
         other = grown(placed_at(angle, placed.machine, placed.free, healthy, predictor, tell=tell))
-        if not is_better(other[0], placed):
+        if _worth(other) <= _worth(best) + (PLACE_GAIN if placed.pulse_rad == 0.0 else 0.0):
             break
         best = other
     placed, form = best
@@ -121,5 +121,11 @@ def _likeliest(places: Sequence[Placed], grown: Callable[[Placed, float], _Grown
     # Each further guess has to be clearly likelier than those with less freedom.
     best, *others = (known[one] for one in places if one in known)
     for other in others:
-        best = other if other[0].evidence > best[0].evidence + PLACE_GAIN else best
+        best = other if _worth(other) > _worth(best) + PLACE_GAIN else best
     return best
+
+
+def _worth(grown: _Grown) -> float:
+    """Return the evidence less what the added terms had to bring: with enough forces the pulse may sit anywhere."""
+    placed, form = grown
+    return placed.evidence - (form.price if form else 0.0)

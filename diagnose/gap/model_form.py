@@ -56,6 +56,8 @@ class Extended:
         Of its coordinates and the probes' gains there.
     missed_before, missed : float
         Share of a probe's healthy lines that the calibrated machine misses without and with them, median of the probes.
+    price : float
+        By how much the terms had to raise the logarithm of the evidence.
     """
 
     machine: Machine
@@ -64,6 +66,7 @@ class Extended:
     covariance: np.ndarray
     missed_before: float
     missed: float
+    price: float
 
 
 def extended(
@@ -110,6 +113,7 @@ def extended(
         covariance=fitted(state.current, healthy)[1],
         missed_before=_missed(start.current, healthy),
         missed=_missed(state.current, healthy),
+        price=sum(map(price_of, state.terms)),
     )
 
 

@@ -77,6 +77,12 @@ def _difference(number: int) -> Parameter:
     return Parameter(f"support_{number}_difference", "", 0.0, (-0.9, 0.9), meaning, source, Normal(0.0, 0.03))
 
 
+def _unevenness(axis: str, wave: str) -> Parameter:
+    meaning = f"{wave} part, by the bolt's angle, of how much stiffer than the mean a bolt is, as a share"
+    source = "alike in the paper; estimate: fits and tightening make bolts unlike by some per cent"
+    return Parameter(f"bolt_unevenness_{axis}", "", 0.0, (-0.4, 0.4), meaning, source, Normal(0.0, 0.02))
+
+
 PARAMETERS = (
     Parameter("mass_1_kg", "kg", 1000.0, (1.0, 1e10), "mass of rotor 1, the driver", _OURS),
     Parameter("gyration_radius_1_m", "m", 0.4, (0.01, 10.0), "radius of gyration of rotor 1", _OURS),
@@ -114,6 +120,8 @@ PARAMETERS = (
         f"torsion at 20 Hz with rotor 1 held, {_PAPER}",
         LogNormal(_BOLT, 2.0),
     ),
+    _unevenness("x", "cosine"),
+    _unevenness("y", "sine"),
     Parameter(
         "torsional_damping_n_m_s_rad",
         "N.m.s/rad",
@@ -162,6 +170,7 @@ def build(assembly: Assembly, values: Mapping[str, float], switches: frozenset[s
             torsional_damping_n_m_s_rad=values["torsional_damping_n_m_s_rad"],
             form=form,
             printed_force_y_sign=-1.0 if PRINTED_FORCE_TURNED in switches else 1.0,
+            unevenness=complex(values["bolt_unevenness_x"], values["bolt_unevenness_y"]),
         )
     )
     torsion = first.directions["torsion"]

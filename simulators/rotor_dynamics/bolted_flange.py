@@ -64,6 +64,8 @@ class BoltedFlange:
         1 as printed, -1 to give Eq (16) the sense of rotation of Eq (15).
     stiffness_shares : ndarray (bolts,)
         w_j.
+    unevenness : complex
+        u of w_j = 1 + Re(u* e^(i alpha_j)) where no shares are given.
     """
 
     name: str
@@ -80,6 +82,7 @@ class BoltedFlange:
     roles: frozenset[str] = frozenset({"coupling", "coupling_halves", "bolted_coupling"})
     stiffness_shares: np.ndarray = field(default_factory=lambda: np.zeros(0))
     tilt_rad: float = 0.0
+    unevenness: complex = 0j
 
     def __post_init__(self) -> None:
         if int(self.bolts) != self.bolts or self.bolts < 3:
@@ -88,7 +91,7 @@ class BoltedFlange:
             )
         self.bolts = int(self.bolts)
         if self.stiffness_shares.size == 0:
-            self.stiffness_shares = np.ones(self.bolts)
+            self.stiffness_shares = 1.0 + np.real(np.conj(self.unevenness) * np.exp(1j * self.bolt_angles_rad))
 
     @property
     def bolt_angles_rad(self) -> np.ndarray:

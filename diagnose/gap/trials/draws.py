@@ -1,6 +1,7 @@
 """Random machines and random effects, drawn from what their declarations say and from nothing else.
 
-Every parameter of a machine that has a prior is off by up to 10 % (evenly; an angle by up to 0.1 rad). A dimension
+Every parameter of a machine that has a prior is off by up to 10 % (evenly; an angle by up to 0.1 rad; what is normally
+about 0, as supports or bolts that are unlike, by up to one standard deviation of its prior). A dimension
 without prior (a length, mass, inertia or unbalance) is off by up to 1 %. Loads, counts, pure numbers and settings of
 controllers without prior are as declared.
 
@@ -136,6 +137,8 @@ def drifted(machine: Machine, generator: np.random.Generator) -> Machine:
 
 def _moved(parameter: Parameter, value: float, most: float, generator: np.random.Generator) -> float:
     by = generator.uniform(-most, most)
+    if value == 0.0 and isinstance(parameter.prior, Normal) and parameter.unit != "rad":
+        return parameter.prior.deviation * by / most
     moved = value + by if parameter.unit == "rad" else value * (1 + by)
     assert math.isfinite(moved)
     return min(max(moved, parameter.bounds[0]), parameter.bounds[1])

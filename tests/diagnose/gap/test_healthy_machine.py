@@ -82,6 +82,26 @@ def test_weight_and_own_unbalance_and_pulse_anywhere_are_told_together() -> None
     assert values["gravity"]["gravity_m_s2"] == pytest.approx(9.81, rel=0.1)
 
 
+def test_bolts_that_are_unlike_do_not_turn_the_pulse() -> None:
+    # By 1 %: with the offset of the axes they make as large a torque at 1X as the offset of the holes does.
+    speeds = (700.0, 1000.0, 1300.0, 1600.0)
+    real = altered(rigid_coupling, share=0.02, seed=3).with_parameters(
+        bolt_unevenness_x=0.008, bolt_unevenness_y=-0.006
+    )
+    predictor = _predictor(speeds, rigid_coupling)
+    lines = predictor.amplitudes(real)
+    generator = np.random.default_rng(4)
+    deviations = np.maximum(3e-3 * np.abs(lines).max(axis=(0, 2)), 1e-9)[None, :, None] + np.zeros(lines.shape)
+    noise = deviations * (generator.normal(size=lines.shape) + 1j * generator.normal(size=lines.shape))
+    healthy = OrderLines(predictor.conditions, predictor.probes, ORDERS, lines + noise, deviations)
+    found = healthy_machine(rigid_coupling, turned(healthy, -1.3), predictor, reference_rpm=1600.0)
+    assert found.pulse_rad == pytest.approx(1.3, abs=0.03)
+    assert not found.at_healthy.machine.effects
+    own = found.at_healthy.machine.values
+    assert own["bolt_unevenness_x"] == pytest.approx(0.008, abs=0.004)
+    assert own["bolt_unevenness_y"] == pytest.approx(-0.006, abs=0.004)
+
+
 def test_weight_is_no_term_where_it_moves_next_to_nothing_or_is_there_already() -> None:
     others = (amb_rotor.with_effects(Gravity()), test_rig, rigid_coupling)
     for machine, expected in ((amb_rotor, True), *((one, False) for one in others)):

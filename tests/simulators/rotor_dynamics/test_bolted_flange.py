@@ -208,6 +208,26 @@ def test_lost_bolt_turns_torque_into_a_turning_force(torque):
         assert cmath.phase(push / cmath.exp(1j * angle)) == pytest.approx(-math.pi / 2 + twist / 2, abs=1e-9)
 
 
+@pytest.mark.parametrize("bolts", [3, 4, 7])
+def test_bolts_that_are_unlike_turn_torque_into_a_turning_force(bolts):
+    # Aligned: the bolts carry the twist T / (N K r^2) together, and their shares 1 + |u| cos leave the force
+    # K r twist N |u| / 2 = |u| T / (2 r) on flange 2, a quarter turn behind where they are stiffest.
+    uneven, torque = 0.03 * cmath.exp(0.7j), 500.0
+    made = flange(bolts=bolts, hole=0j, axis=0j, unevenness=uneven)
+    assert made.stiffness_shares.sum() == pytest.approx(bolts)
+    twist = torque / (bolts * 4e5 * 0.09)
+    for angle in (0.0, 1.3):
+        push = complex(*force(made, [0.0, 0.0, 0.0, twist], angle)[:2])
+        assert abs(push) == pytest.approx(abs(uneven) * torque / (2 * 0.3), rel=twist**2)
+        turned = push / cmath.exp(1j * (angle + 0.7))
+        assert cmath.phase(turned) == pytest.approx(-math.pi / 2 + twist / 2, abs=1e-9)
+    # An axis apart makes of it a torque at 1X, K r |s| N |u| / 2, that no equal bolts make.
+    apart = flange(bolts=bolts, hole=0j, axis=-0.5e-3j, unevenness=uneven)
+    torques = [force(apart, [0.0, 0.0, 0.0, 0.0], angle)[2] for angle in np.linspace(0, 2 * math.pi, 8, endpoint=False)]
+    first = 2 * np.fft.rfft(torques)[1] / 8
+    assert abs(first) == pytest.approx(4e5 * 0.3 * 0.5e-3 * bolts * 0.03 / 2, rel=1e-9)
+
+
 def test_misalignment_adds_as_a_vector_and_fits_at_angle_zero():
     made = flange(hole=0j, axis=0j)
     made.misalign(offset_m=3e-4, offset_phase_rad=0.0)
