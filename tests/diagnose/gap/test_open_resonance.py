@@ -32,10 +32,11 @@ def prepared():
 
 
 def _ripple(problem: Problem) -> Fit:
-    """The ripple fitted about the calibrated machine, from its true values."""
+    """The ripple fitted about the calibrated machine, from its true order and angle and a smaller torque."""
     tried = candidates(rigid_coupling, found_lines=((HIDDEN.order, 0.0),))
     one = next(one for one in tried if one.name == "torque_ripple" and {"order"} <= one.placed)
-    begin = np.array([c.coordinate(HIDDEN.values()[c.parameter.name]) for c in one.coordinates])
+    values = {**HIDDEN.values(), "torque_n_m": 0.6 * HIDDEN.torque_n_m}
+    begin = np.array([c.coordinate(values[c.parameter.name]) for c in one.coordinates])
     found = refined([one], begin, problem.plain(), problem.baseline.machine, problem.predictor)
     assert found is not None
     return found
