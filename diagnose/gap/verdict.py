@@ -56,11 +56,7 @@ def told(
     remarks: Sequence[str],
 ) -> GapResult:
     """Return the whole answer; ``forces`` are added for what is unknown, ``remarks`` say what they leave out."""
-    flawed = prepared.flawed
-    if not flawed and judged(posterior.probabilities)[0] in ("none", "cannot tell"):
-        flawed = channels_of(prepared.unsteady, prepared.waveform)
-    if flawed:
-        posterior = replace(posterior, probabilities=_not_nothing(posterior.probabilities))
+    posterior, flawed = _with_flaws(posterior, prepared)
     kind, names, together = judged(posterior.probabilities)
     # A suspicion is a cause only where nothing else is, and the healthy machine's records do not raise it.
     suspects = kind == "none" and prepared.healthy is not None
@@ -80,9 +76,9 @@ def told(
         if not beyond:
             kind = "one cause" if len(causes) == 1 else "several causes"
     rivals = _rivals(posterior, [other for other in together if other != names])
-    suspected = [_suspicion(name, own) for name, own in prepared.waveform.items() if name not in shown]
+    aside = [_suspicion(name, own) for name, own in prepared.waveform.items() if name not in shown]
+    aside += unsteady_words(prepared.unsteady) if kind == "unknown" else ()
     own = _own_remarks(posterior, prepared, best, rivals, nameless=kind == "unknown" and not best.candidates)
-    restless = unsteady_words(prepared.unsteady) if kind == "unknown" else ()
     added = tuple(as_effect(one) for one in forces)
     form = form_of(prepared.form) if prepared.form else None
     after = explained(best, everything, further=added)
@@ -104,12 +100,22 @@ def told(
         calibrated=calibrated,
         extended=best.machine(best.problem.baseline.machine if best.problem else calibrated).with_effects(*added),
         not_compared=dict(not_compared),
-        remarks=(*filter(None, [form_words(form)]), *own, *remarks, *suspected, *restless),
+        remarks=(*filter(None, [form_words(form)]), *own, *remarks, *aside),
         empirical=tuple(forces),
         scores=_scores(posterior),
         flawed=flawed,
         form=form,
     )
+
+
+def _with_flaws(posterior: Posterior, prepared: Prepared) -> tuple[Posterior, tuple[str, ...]]:
+    """Return the posterior, and the channels that show what no effect makes; then it is hardly nothing."""
+    flawed = prepared.flawed
+    if not flawed and judged(posterior.probabilities)[0] in ("none", "cannot tell"):
+        flawed = channels_of(prepared.unsteady, prepared.waveform)
+    if not flawed:
+        return posterior, ()
+    return replace(posterior, probabilities=_not_nothing(posterior.probabilities)), flawed
 
 
 def _named(posterior: Posterior, prepared: Prepared) -> Fit:
