@@ -29,7 +29,7 @@ MOST, FAINT = 0.4, 0.5
 #: 1 %, each made 0.11 or more, all but one 0.39; of 75 others of their bearing 63 made less than 0.05.
 MANY_LINES, NOT_IT = 10, 0.05
 #: Nor are those whose lines would hold as much elsewhere, their first one moved by these shares of it, each tried at
-#: all slips. Of races and balls that were struck (104, with so many lines) all but two balls of 0.68 and 0.88 held most
+#: all slips. Of races and balls that were struck (100, with so many lines) all but two balls of 0.68 and 0.88 held most
 #: at their own place; of others of their bearing none but cages beside a ball and one inner race of 0.50.
 ELSEWHERE = np.concatenate([np.arange(-0.45, -0.07, 0.06), np.arange(0.07, 0.8, 0.06)])
 #: Multiples of a rhythm's strongest line, and of the distance to the next on both sides, at which it may lie outside
