@@ -46,7 +46,9 @@ def envelopes_of(
     """
     with_speeds = zip(recordings, speeds_rpm, strict=True)
     faulty = [one for one in (_envelope(*of) for of in with_speeds) if one is not None]
-    before = [one for one in map(_envelope, healthy, healthy_rpm) if one is not None]
+    # One with samples missing says nothing of what is news.
+    sound = map(_envelope, healthy, healthy_rpm)
+    before = [one for one in sound if one is not None and np.isfinite(one.power).all()]
     return tuple(_standing_out(one, sorted(before, key=one.away)[:NEAREST]) for one in faulty)
 
 

@@ -83,11 +83,12 @@ def unsteady_words(found: Sequence[Unsteady]) -> tuple[str, ...]:
 
 
 def _floors(recording: Recording, speed_rpm: float, names: Sequence[str]) -> dict[str, float]:
-    """Return the power density between the lines of the named channels; 0 where the record is too short for a line."""
+    """Return the power density between the lines of the named channels."""
     rows = [i for i, one in enumerate(recording.channels) if one.name in names]
     signals = np.nan_to_num(recording.signals[rows])
     power = line_power(signals - signals.mean(axis=1, keepdims=True))
     seconds = recording.samples / recording.rate_hz
     low, high = (round(order * speed_rpm / 60 * seconds) for order in FLOOR_ORDERS)
+    low = min(low, power.shape[1] - 1)
     density = np.median(power[:, low : max(high, low + 1)], axis=1) * seconds
     return {recording.channels[i].name: float(own) for i, own in zip(rows, density, strict=True)}

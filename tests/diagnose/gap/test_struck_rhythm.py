@@ -96,6 +96,9 @@ def test_what_the_healthy_machine_beats_in_hides_no_race() -> None:
     same = rhythm(RACES[1], test_rig, envelopes_of(louder, SPEEDS_RPM, made, SPEEDS_RPM))
     assert same == rhythm(RACES[1], test_rig, envelopes_of(louder, SPEEDS_RPM))
     assert all(one.orders.size == 0 for one in envelopes_of(made, SPEEDS_RPM, made, SPEEDS_RPM))
+    # Nor does a healthy record with samples missing.
+    lost = [replace(one, signals=np.where(np.arange(one.samples) < 9, np.nan, one.signals)) for one in made]
+    assert all(one.orders.size for one in envelopes_of(made, SPEEDS_RPM, lost, SPEEDS_RPM))
     # Other channels say nothing of these.
     other = [replace(one, channels=(Channel(name="housing_b_y", quantity="acceleration"),)) for one in made]
     assert all(one.orders.size for one in envelopes_of(made, SPEEDS_RPM, other, SPEEDS_RPM))
