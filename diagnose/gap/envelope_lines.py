@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,17 +20,27 @@ STANDS_OUT, MOST_LINES = 20.0, 500
 #: What had the power of a line over this within this share of its order, in the healthy records so many nearest in
 #: speed, is no news: slips drift, and what beats with such a line stands beside it.
 GROWN, BESIDE, NEAREST = 4.0, 0.01, 2
+#: A healthy record tells what is news where its speed is off by this share at most: what beats changes with speed.
+SAME_SPEED = 0.1
 #: Whole orders are the shaft's: so near to one nothing counts, in lines of the spectrum.
 SHAFT_BINS = 2.5
 
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
-    """What stands out of an envelope's spectrum: orders, power over the floor, and the width of a line in orders."""
+    """What stands out of an envelope's spectrum: orders, power over the floor, and the width of a line in orders.
+
+    ``news`` says that a healthy record of nearly the same speed does not hold it.
+    """
 
     orders: np.ndarray
     power: np.ndarray
     resolution: float
+    news: bool = False
+
+    def taken(self, lines: np.ndarray) -> Spectrum:
+        """Return it with some of its lines, bool, at no order (NaN): their power still counts as standing out."""
+        return replace(self, orders=np.where(lines, np.nan, self.orders))
 
 
 def envelopes_of(
@@ -103,7 +113,8 @@ def _standing_out(envelope: _Envelope, healthy: Sequence[_Envelope]) -> Spectrum
     for before in healthy:
         chosen = chosen[_has_grown(envelope, before, orders[chosen], floors[:, chosen])]
     chosen = np.sort(chosen[np.argsort(ratio[chosen])[-MOST_LINES:]])
-    return Spectrum(orders[chosen], ratio[chosen], envelope.resolution)
+    news = any(envelope.away(one) <= math.log1p(SAME_SPEED) for one in healthy)
+    return Spectrum(orders[chosen], ratio[chosen], envelope.resolution, news)
 
 
 def _has_grown(envelope: _Envelope, before: _Envelope, orders: np.ndarray, floors: np.ndarray) -> np.ndarray:

@@ -20,6 +20,7 @@ from .first_look import explainable, in_the_middle, reach
 from .force_kernels import force_kernels
 from .found_lines import found_lines
 from .gain import measured_gain, useful_forces
+from .heard_rhythm import heard_rhythm
 from .held_out import checked, with_pulse_elsewhere
 from .hypotheses import Candidate, candidates
 from .lines import OrderLines, turned_to_reference
@@ -35,7 +36,7 @@ from .screening import Screening, telling_conditions
 from .search import search
 from .shown_lines import may_show, standing_out
 from .size_scale import knees_of, on_scale
-from .struck_rhythm import heard_beside, not_heard, of_a_rhythm
+from .struck_rhythm import not_heard, of_a_rhythm
 from .unsteady import unsteady
 from .verdict import told
 from .wanted_lines import STRUCK, wanted_lines
@@ -131,8 +132,8 @@ def explained(
     posterior, elsewhere = with_pulse_elsewhere(prepared, posterior)
     forces, remarks = useful_forces(prepared, posterior)
     gain = measured_gain(machine, prepared, posterior, forces)
-    remarks += heard_beside(rhythms, machine, prepared.envelopes, next(iter(posterior.probabilities)))
-    return told(machine, prepared, posterior, not_compared, gain, forces, (*withdrawn, *elsewhere, *remarks))
+    heard = heard_rhythm(rhythms, machine, prepared.envelopes)
+    return told(machine, prepared, posterior, not_compared, gain, forces, (*withdrawn, *elsewhere, *remarks), heard)
 
 
 def _competing(

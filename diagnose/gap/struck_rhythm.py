@@ -56,7 +56,7 @@ def not_heard(effects: Sequence[Effect], machine: Machine, envelopes: Sequence[S
     envelopes : sequence of Spectrum
         As of `envelopes_of`.
     """
-    struck = [one for one in effects if one.ROLE in STRUCK and "slip" in one.values()]
+    struck = that_strike(effects)
     heard = {one: rhythm(one, machine, envelopes).share for one in struck}
     most = {one: max(share for rival, share in heard.items() if rival.at == one.at) for one in heard}
     many = len(envelopes) and np.mean([one.orders.size for one in envelopes]) >= MANY_LINES
@@ -64,26 +64,7 @@ def not_heard(effects: Sequence[Effect], machine: Machine, envelopes: Sequence[S
     least = {one: FAINT * most[one] if most[one] >= MOST else NOT_IT * stranger for one in heard}
     silent = frozenset(one for one, share in heard.items() if share < least[one])
     left = [one for one in heard if one not in silent] if stranger else []
-    return silent | {one for one in left if heard[one] <= _elsewhere(one, machine, envelopes)}
-
-
-def heard_beside(
-    effects: Sequence[Effect], machine: Machine, envelopes: Sequence[Spectrum], named: Sequence[str]
-) -> tuple[str, ...]:
-    """Return a remark where the envelope clearly beats in the rhythm of an effect that is not named."""
-    struck = [one for one in effects if one.ROLE in STRUCK and "slip" in one.values()]
-    found = [(rhythm(one, machine, envelopes), one) for one in struck]
-    best = max((own.share for own, _ in found), default=0.0)
-    if best < MOST or any(one.NAME in named for _, one in found):
-        return ()
-    loudest = [(own, one) for own, one in found if own.share > 0.99 * best]
-    own, name = loudest[0][0], loudest[0][1].NAME
-    places = list(dict.fromkeys(one.at.replace("_", " ") for _, one in loudest if name == one.NAME))
-    return (
-        f"The envelope beats in the rhythm of {name.replace('_', ' ')} at {' or '.join(places)}: at a slip of "
-        f"{100 * own.slip:.1f} % its lines hold {own.share:.0%} of what stands out. Their sizes are not those that the "
-        "model makes.",
-    )
+    return silent | {one for one in left if heard[one] <= elsewhere(one, machine, envelopes)}
 
 
 def of_a_rhythm(
@@ -100,7 +81,7 @@ def of_a_rhythm(
     effects, machine, envelopes
         As in `not_heard`.
     """
-    struck = [one for one in effects if one.ROLE in STRUCK and "slip" in one.values()]
+    struck = that_strike(effects)
     found = [(rhythm(one, machine, envelopes), one) for one in struck]
     own, effect = max(found, key=lambda one: one[0].share, default=(Rhythm(0.0, 0.0), None))
     stated = None if effect is None or own.share < MOST else _places(effect, machine)
@@ -115,6 +96,11 @@ def of_a_rhythm(
     return np.any(np.abs(orders[..., None] - places) <= WANDERS * places, axis=-1)
 
 
+def that_strike(effects: Sequence[Effect]) -> list[Effect]:
+    """Return those of effects that strike in a bearing, in a rhythm that its slip moves."""
+    return [one for one in effects if one.ROLE in STRUCK and "slip" in one.values()]
+
+
 def rhythm(effect: Effect, machine: Machine, spectra: Sequence[Spectrum]) -> Rhythm:
     """Return which share of what stands out of envelopes an effect's lines hold, at the slip that fits all best."""
     places = _places(effect, machine)
@@ -125,7 +111,7 @@ def rhythm(effect: Effect, machine: Machine, spectra: Sequence[Spectrum]) -> Rhy
     return Rhythm(float(shares[best]), float(SLIPS[best]))
 
 
-def _elsewhere(effect: Effect, machine: Machine, spectra: Sequence[Spectrum]) -> float:
+def elsewhere(effect: Effect, machine: Machine, spectra: Sequence[Spectrum]) -> float:
     """Return the largest share that an effect's lines would hold if its rhythm were another one.
 
     Its first line and the multiples of that are moved, the distances of the sidebands from these kept.
@@ -136,6 +122,18 @@ def _elsewhere(effect: Effect, machine: Machine, spectra: Sequence[Spectrum]) ->
     multiples = np.rint(places / places[:, :1])
     moved = [places + multiples * (share * places[:, :1]) for share in ELSEWHERE]
     return max(float(np.mean([_held(one, rows) for one in spectra], axis=0).max()) for rows in moved)
+
+
+def taken_by(effect: Effect, machine: Machine, spectra: Sequence[Spectrum]) -> tuple[tuple[Spectrum, ...], list[int]]:
+    """Return spectra without the lines that an effect holds at the slip that fits all best, and how many these are."""
+    places = _places(effect, machine)
+    if places is None or not spectra:
+        return tuple(spectra), [0] * len(spectra)
+    row = int(np.argmin(np.abs(SLIPS - rhythm(effect, machine, spectra).slip)))
+    own = places[row : row + 1]
+    taken = [_near(one, own)[0].any(axis=0) & (_held(one, own)[0] > 0) for one in spectra]
+    left = tuple(one.taken(lines) for one, lines in zip(spectra, taken, strict=True))
+    return left, [int(lines.sum()) for lines in taken]
 
 
 def _places(effect: Effect, machine: Machine) -> np.ndarray | None:
@@ -162,7 +160,12 @@ def _held(spectrum: Spectrum, places: np.ndarray) -> np.ndarray:
     """
     if not spectrum.orders.size:
         return np.zeros(len(places))
-    away = np.abs(spectrum.orders[None, :, None] - places[:, None, :])
-    near = away <= np.maximum(NARROW * places, NARROW_BINS * spectrum.resolution)[:, None, :]
-    shares = near.any(axis=2) @ spectrum.power / spectrum.power.sum()
-    return np.where(near[:, :, 0].any(axis=1), shares, 0.0)
+    near = _near(spectrum, places)
+    shares = near.any(axis=1) @ spectrum.power / spectrum.power.sum()
+    return np.where(near[:, 0].any(axis=1), shares, 0.0)
+
+
+def _near(spectrum: Spectrum, places: np.ndarray) -> np.ndarray:
+    """Return which lines of a spectrum lie at which of each row of places, shape (rows, places, lines)."""
+    away = np.abs(spectrum.orders - places[:, :, None])
+    return away <= np.maximum(NARROW * places, NARROW_BINS * spectrum.resolution)[:, :, None]

@@ -39,6 +39,7 @@ from .within_law import loose_law_words
 from .words import alternative_words
 
 if TYPE_CHECKING:
+    from .heard_rhythm import Heard
     from .prepared import Prepared
 
 MOST_RESIDUALS = 40
@@ -54,6 +55,7 @@ def told(
     gain: Gain,
     forces: Sequence[AddedForce],
     remarks: Sequence[str],
+    heard: Heard | None = None,
 ) -> GapResult:
     """Return the whole answer; ``forces`` are added for what is unknown, ``remarks`` say what they leave out."""
     posterior, flawed = _with_flaws(posterior, prepared)
@@ -69,12 +71,10 @@ def told(
     causes = _causes(best, posterior.probabilities, calibrated)
     probabilities = dict(posterior.probabilities)
     if shown:
-        causes = (*_shown(shown), *causes)
-        accounted = accounts_for_lines(shown, prepared.measured.probes, mended=prepared.mended)
-        beyond = kind == "unknown" and not accounted
-        probabilities = _with_shown(probabilities, tuple(shown), is_unknown_beside=beyond)
-        if not beyond:
-            kind = "one cause" if len(causes) == 1 else "several causes"
+        kind, causes, probabilities = _seen_as_well(kind, causes, probabilities, shown, prepared)
+    if heard and not any(one.effect == heard.effect.NAME for one in causes):
+        remarks = (*remarks, heard.words)
+        kind, causes, probabilities = heard.added(kind, causes, probabilities)
     rivals = _rivals(posterior, [other for other in together if other != names])
     aside = [_suspicion(name, own) for name, own in prepared.waveform.items() if name not in shown]
     aside += unsteady_words(prepared.unsteady) if kind == "unknown" else ()
@@ -106,6 +106,22 @@ def told(
         flawed=flawed,
         form=form,
     )
+
+
+def _seen_as_well(
+    kind: str,
+    causes: tuple[Cause, ...],
+    probabilities: Mapping[tuple[str, ...], float],
+    shown: Mapping[str, tuple[str, ...]],
+    prepared: Prepared,
+) -> tuple[str, tuple[Cause, ...], dict[tuple[str, ...], float]]:
+    """Return kind, causes and hypotheses with what the waveform shows, which may account for unknown lines."""
+    causes = (*_shown(shown), *causes)
+    accounted = accounts_for_lines(shown, prepared.measured.probes, mended=prepared.mended)
+    beyond = kind == "unknown" and not accounted
+    if not beyond:
+        kind = "one cause" if len(causes) == 1 else "several causes"
+    return kind, causes, _with_shown(probabilities, tuple(shown), is_unknown_beside=beyond)
 
 
 def _with_flaws(posterior: Posterior, prepared: Prepared) -> tuple[Posterior, tuple[str, ...]]:

@@ -157,7 +157,7 @@ def names_wrong(outcome: Outcome) -> bool:
 
     The imperfection acts in the records as well: to name it is no error.
     """
-    if outcome.verdict not in TOLD_CAUSE or outcome.truth in outcome.declared:
+    if outcome.verdict in TOLD_CAUSE and outcome.truth in outcome.declared:
         return False
     right = set() if outcome.kind == "unknown" else {one.effect for one in outcome.hidden}
     right |= {outcome.imperfection.effect} if outcome.imperfection else set()

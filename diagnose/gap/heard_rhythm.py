@@ -1,0 +1,131 @@
+"""Races and balls that are named by the rhythm of the envelope, where the sizes of its lines are not the model's.
+
+How loud a defect strikes at a sensor no model of a real machine tells well, so that its lines stay unexplained. That it
+strikes is told all the same, as an analyst tells it: what is new in the envelope beats in the rhythm of one part of a
+bearing, and would not in another rhythm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...simulators.effect import Effect
+from ...simulators.machine import Machine
+from .envelope_lines import Spectrum
+from .result import Cause
+from .struck_rhythm import FAINT, MOST, elsewhere, rhythm, taken_by, that_strike
+
+#: Lines that a rhythm must hold at least, on the mean over the records in which it is heard.
+LEAST_LINES = 3.0
+#: A ball beats with its cage as well, so that one that holds this share of what the cage does goes before it.
+AS_MUCH = 0.9
+#: Probability of what is named by its rhythm: see "Named by its rhythm" in README.md.
+HEARD = 0.95
+
+
+@dataclass(frozen=True)
+class Heard:
+    """The effect whose rhythm the envelope beats in.
+
+    Attributes
+    ----------
+    effect : Effect
+        At the first of its places.
+    places : tuple of str
+        Where it may be: bearings of the same kind beat alike.
+    share, slip : float
+        What its lines hold of what stands out, and the slip of the cage at which they do.
+    is_sure : bool
+        Whether it is named by that alone.
+    """
+
+    effect: Effect
+    places: tuple[str, ...]
+    share: float
+    slip: float
+    is_sure: bool
+
+    @property
+    def cause(self) -> Cause:
+        """Return it as a cause, none of its values told."""
+        return Cause(self.effect.NAME, " or ".join(self.places), HEARD, {}, self.effect.CHECK)
+
+    @property
+    def words(self) -> str:
+        """Return what is heard, as a remark."""
+        places = " or ".join(self.places).replace("_", " ")
+        said = (
+            f"The envelope beats in the rhythm of {self.effect.NAME.replace('_', ' ')} at {places}: at a slip of "
+            f"{100 * self.slip:.1f} % its lines hold {self.share:.0%} of what stands out. Their sizes are not those "
+            "that the model makes."
+        )
+        return f"{said} It is named by its rhythm alone; the extended machine has none of it." if self.is_sure else said
+
+    def added(
+        self, kind: str, causes: tuple[Cause, ...], probabilities: Mapping[tuple[str, ...], float]
+    ) -> tuple[str, tuple[Cause, ...], dict[tuple[str, ...], float]]:
+        """Return a verdict's kind, causes and hypotheses with this acting beside something unknown.
+
+        As they are where it is not sure, or where other causes explain all lines.
+        """
+        if not self.is_sure or kind not in ("none", "cannot tell", "unknown"):
+            return kind, causes, dict(probabilities)
+        total: dict[tuple[str, ...], float] = {}
+        for names, share in probabilities.items():
+            others = {name for name in names if name != "unknown"}
+            key = (*sorted({*others, self.effect.NAME}), "unknown")
+            total[key] = total.get(key, 0.0) + HEARD * share
+            total[names] = total.get(names, 0.0) + (1 - HEARD) * share
+        ranked = dict(sorted(total.items(), key=lambda item: -item[1]))
+        return "unknown", (*causes, self.cause), ranked
+
+
+def heard_rhythm(effects: Sequence[Effect], machine: Machine, envelopes: Sequence[Spectrum]) -> Heard | None:
+    """Return the effect whose rhythm holds most of what stands out of the envelopes; None where none does.
+
+    It is named by that where only what is new since the healthy records counts, in lines enough, where the same lines
+    would hold less than half of it at any other place, and no other effect holds half as much of what it leaves. The
+    cage, which turns in a sound bearing as well and stands beside the lines of its races and balls, is not.
+
+    Parameters
+    ----------
+    effects : sequence of Effect
+        Those that compete, at their places.
+    machine : Machine
+    envelopes : sequence of Spectrum
+        As of `envelopes_of`.
+    """
+    found = [(rhythm(one, machine, envelopes), one) for one in that_strike(effects)]
+    most = max((own.share for own, _ in found), default=0.0)
+    if most < MOST:
+        return None
+    slow = {one for _, one in found if _is_slow(one, machine)}
+    first = [own.share for own, one in found if one not in slow and own.share > AS_MUCH * most]
+    best = max(first, default=most)
+    own, effect = next(one for one in found if one[0].share == best)
+    alike = [one.at for other, one in found if one.NAME == effect.NAME and other.share > 0.99 * best]
+    rivals = [one for _, one in found if one.NAME != effect.NAME and one not in slow]
+    sure = all(one.news for one in envelopes) and effect not in slow
+    sure = sure and _is_alone(effect, own.share, rivals, machine, envelopes)
+    return Heard(effect, tuple(dict.fromkeys(alike)), own.share, own.slip, sure)
+
+
+def _is_slow(effect: Effect, machine: Machine) -> bool:
+    """Return whether an effect beats less than once a turn of the shaft, as only what the cage does."""
+    lines = effect.signature(machine)
+    return bool(lines) and abs(lines[0].order) < 1
+
+
+def _is_alone(
+    effect: Effect, share: float, rivals: Sequence[Effect], machine: Machine, envelopes: Sequence[Spectrum]
+) -> bool:
+    """Return whether only this effect, and that at its own place only, holds what stands out."""
+    left, lines = taken_by(effect, machine, envelopes)
+    heard_in = [count for count in lines if count]
+    if not heard_in or np.mean(heard_in) < LEAST_LINES:
+        return False
+    others = [elsewhere(effect, machine, left), *(rhythm(one, machine, left).share for one in rivals)]
+    return max(others) < FAINT * share
