@@ -22,7 +22,7 @@ from .located import located_words
 from .mirrored import with_mirror_images
 from .model_form import form_of
 from .next_measurement import next_measurement
-from .one_line import one_line_words
+from .one_line import one_line_words, told_by_one_line
 from .opposing import not_named_words, opposing_words
 from .plateaus import on_plateaus
 from .prediction import score_of, score_of_unknown
@@ -75,7 +75,9 @@ def told(
     if heard and not any(one.effect == heard.effect.NAME for one in causes):
         remarks = (*remarks, heard.words)
         kind, causes, probabilities = heard.added(kind, causes, probabilities)
-    rivals = _rivals(posterior, [other for other in together if other != names])
+    causes, probabilities, other, to_tell = told_by_one_line(best, causes, probabilities)
+    alike = (*("+".join(one) or "nothing" for one in together), *other)
+    rivals = _rivals(posterior, [one for one in together if one != names])
     aside = [_suspicion(name, own) for name, own in prepared.waveform.items() if name not in shown]
     aside += unsteady_words(prepared.unsteady) if kind == "unknown" else ()
     own = _own_remarks(posterior, prepared, best, rivals, nameless=kind == "unknown" and not best.candidates)
@@ -86,8 +88,8 @@ def told(
         kind=kind,
         causes=causes,
         probabilities=probabilities,
-        indistinguishable=(tuple("+".join(one) or "nothing" for one in together),) if len(together) > 1 else (),
-        next_measurement=next_measurement(kind, best, rivals, prepared),
+        indistinguishable=(alike,) if len(alike) > 1 else (),
+        next_measurement=next_measurement(kind, best, rivals, prepared) or to_tell,
         sentence="",
         residuals=_residuals(compared, prepared.fitted),
         gain=gain,

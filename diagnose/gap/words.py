@@ -386,6 +386,8 @@ def not_compared_words(not_compared: Mapping[str, str]) -> list[str]:
 
 
 def _spaced(names: str) -> str:
+    if names == "unknown":
+        return "something outside the catalogue"
     return names.replace("_", " ").replace("+", " + ")
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from rotorwise.diagnose.gap.hypotheses import Candidate
 from rotorwise.diagnose.gap.lines import LineKind
-from rotorwise.diagnose.gap.one_line import one_line_words
+from rotorwise.diagnose.gap.one_line import one_line_words, told_by_one_line
+from rotorwise.diagnose.gap.result import Cause
 from rotorwise.simulators.effects import RemountedSensor, Unbalance
 
 
@@ -24,7 +25,11 @@ def _fit(response, effect=RemountedSensor, *, beside=frozenset()):
     )
     one = Candidate(effect(at="rotor.y"), ())
     return SimpleNamespace(
-        candidates=(one,), unknown_beside=beside, response=response, compared=SimpleNamespace(lines=lines)
+        names=(one.name,),
+        candidates=(one,),
+        unknown_beside=beside,
+        response=response,
+        compared=SimpleNamespace(lines=lines),
     )
 
 
@@ -48,3 +53,21 @@ def test_the_line_is_said_where_it_tells_nearly_alone():
 )
 def test_nothing_is_said_where_more_tells_it_or_the_machine_is_meant(fit):
     assert one_line_words(fit) == ()
+
+
+def test_what_one_line_tells_is_as_likely_something_outside_the_catalogue():
+    causes = (Cause("remounted_sensor", "rotor.y", 0.97, {}, ""),)
+    stated = {("remounted_sensor",): 0.96, ("remounted_sensor", "unbalance"): 0.01, ("unknown",): 0.03}
+    (less,), told, other, to_tell = told_by_one_line(_fit(ONE), causes, stated)  # type: ignore[arg-type]
+    assert less.probability == pytest.approx(0.49)
+    assert sum(told.values()) == pytest.approx(1.0)
+    assert told["remounted_sensor",] == pytest.approx(0.48)
+    assert told["unknown",] == pytest.approx(0.51)
+    assert other == ("unknown",)
+    assert to_tell.startswith("Swap that sensor")
+
+
+def test_what_several_lines_tell_stays_as_it_is():
+    causes = (Cause("unbalance", "rotor.y", 1.0, {}, ""),)
+    stated = {("unbalance",): 1.0}
+    assert told_by_one_line(_fit(ONE, Unbalance), causes, stated) == (causes, stated, (), "")  # type: ignore[arg-type]
