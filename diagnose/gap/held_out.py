@@ -35,6 +35,7 @@ from .search import GOOD, Posterior
 from .shown_lines import SHOWN
 from .two_effects import LITTLE, MISFIT, MOVES
 from .unknown_force import unexplained
+from .within_law import PAIR_MARGIN
 
 if TYPE_CHECKING:
     from .prepared import Prepared
@@ -57,6 +58,9 @@ AHEAD = 1e-6
 STARTS_NEAR, WIDER = 6, 2.0
 #: Probability that a pulse is elsewhere than at the model's zero, where that explains all and nobody knows.
 ELSEWHERE = 0.45
+#: Evidence of a name over that of nothing at all, where this leaves only noise and no other condition confirms a name:
+#: twice what a second effect has to add.
+STRONGLY = 2 * PAIR_MARGIN
 #: A logarithm of a ratio that is as good as certain, and no overflow.
 LARGEST = 100.0
 
@@ -65,7 +69,7 @@ def checked(prepared: Prepared, posterior: Posterior) -> tuple[Posterior, tuple[
     """Return the posterior after a look at the held-out conditions, and remarks on what that has changed."""
     leading = next(iter(posterior.probabilities))
     if not prepared.held_out:
-        return posterior, ()
+        return _without_witness(posterior)
     if leading == ("unknown",):
         return _form_not_known(posterior, prepared)
     fits: dict[Names, Fit] = {}
@@ -92,6 +96,19 @@ def checked(prepared: Prepared, posterior: Posterior) -> tuple[Posterior, tuple[
             f"In the held-out conditions lines stand out that {said} does not make: something else acts there.",
         )
     return levelled, remarks
+
+
+def _without_witness(posterior: Posterior) -> tuple[Posterior, tuple[str, ...]]:
+    """Return the posterior where no condition could be held out: a name is then told by the fitted lines alone.
+
+    Where nothing at all leaves only noise of these, they must tell it strongly.
+    """
+    leading = next(iter(posterior.probabilities))
+    fitted = {fit.names: fit for fit in reversed(posterior.fits)}
+    if leading not in fitted or "unknown" in leading or chance_of_residual(posterior.none) <= GOOD:
+        return posterior, ()
+    ahead = fitted[leading].log_evidence - posterior.none.log_evidence
+    return _as_nothing(posterior, leading, _NO_WITNESS) if ahead < STRONGLY else (posterior, ())
 
 
 def _form_not_known(posterior: Posterior, prepared: Prepared) -> tuple[Posterior, tuple[str, ...]]:
@@ -321,6 +338,10 @@ _SMOOTH_IS_NEARER = (
 _NO_NEARER = (
     "{} makes the fitted lines likelier, but the held-out conditions are predicted no better with it, and without any "
     "effect only noise is left: no name."
+)
+_NO_WITNESS = (
+    "{} would make the lines somewhat likelier, but without any effect only noise is left, and there are too few "
+    "conditions to hold one out that could confirm it: no name. Record at a fourth speed."
 )
 _FORM = (
     "{} would make the lines likelier, but without any effect only noise is left, and no recording shows how well the "

@@ -16,7 +16,7 @@ from .joint_fit import jointly
 from .judged import judged
 from .null_distribution import chance_of_residual
 from .open_resonance import at_open_resonances
-from .opposing import NEARLY_NOTHING, rest_of_both
+from .opposing import told_pairs
 from .prediction import Predicted
 from .refine import Fit, density, nothing, refined
 from .response_shape import scaled_strengths
@@ -141,8 +141,7 @@ def search(
         pairs += two_effects(singles, screening, problem, *others, tell)
     if pairs:
         pairs = best_of_each([*pairs, *swapped_pairs(pairs, singles, screening, problem, *others, tell)])
-    opposed = tuple(fit for fit in pairs if rest_of_both(fit, problem) < NEARLY_NOTHING)
-    pairs = [fit for fit in pairs if fit not in opposed]
+    pairs, opposed = told_pairs(pairs, singles, problem)
     fits = tuple(sorted([*singles, *pairs], key=lambda fit: -fit.log_evidence))
     fits = (*(_as_exact_as_told(fit, problem) for fit in fits[:1]), *fits[1:])
     hills = {fit.candidates[0]: fit.hills for fit in singles if fit.hills is not None}

@@ -21,6 +21,7 @@ from .responses import Responses
 from .screen import Start, atoms_of
 from .screening import FAR_BEHIND, TIMES_WORSE, Screening, few_of_each
 from .shown_lines import CLEAR
+from .struck_rhythm import that_strike
 from .within_law import PAIR_MARGIN, pair_level
 
 #: Partners that are tried of the best single effect, and of the second best.
@@ -83,7 +84,7 @@ def two_effects(
             if fit and leader.redrawn:
                 fit = replace(fit, problem=own, redrawn=True)
             found += [fit] if fit else []
-    return [fit for fit in best_jointly(found, problem, level, unknown) if told_by_more_than_one_size(fit, leaders[0])]
+    return best_jointly(found, problem, level, unknown)
 
 
 def best_jointly(found: Sequence[Fit], problem: Problem, best: float, unknown: float) -> list[Fit]:
@@ -108,10 +109,13 @@ def best_jointly(found: Sequence[Fit], problem: Problem, best: float, unknown: f
 def told_by_more_than_one_size(pair: Fit, single: Fit) -> bool:
     """Return whether a pair has clearly more evidence than one effect whatever a single line of one record shows.
 
-    Where sizes in the spectrum are on the scale (`size_scale.py`): a machine that does not repeat shows some line of
-    some record far from any prediction, and some second effect makes it.
+    Of lines on the scale (`size_scale.py`), as no model tells their sizes; of all lines of a machine that does not
+    repeat, as it shows some line of some record far from any prediction: some second effect makes it. Beside an effect
+    that strikes, what all lines of the envelope gain by one that does not strike counts for nothing: it makes none of
+    them.
     """
-    if pair.compared is None or not pair.compared.lines.spectrum_on_scale:
+    knees = pair.compared and pair.compared.lines.knees
+    if pair.compared is None or knees is None:
         return True
     lines, factor = pair.compared.lines, pair.compared.factor
     left = [Widened(fit.law).standardised(fit.residual, factor) ** 2 / 2 for fit in (single, pair)]
@@ -119,8 +123,22 @@ def told_by_more_than_one_size(pair: Fit, single: Fit) -> bool:
     count = int(lines.parts[0].sum())
     for part, own in zip(lines.parts, np.split(left[0] - left[1], [count]), strict=True):
         gained[part] += own
-    most = float(gained.sum(axis=1).max(initial=0.0))
+    if not lines.spectrum_on_scale:
+        gained = np.where(np.isfinite(knees), gained, 0.0)
+    most = 0.0
+    if _strikes_with_what_does_not(pair):
+        envelope = np.array([kind.envelope for kind in lines.kinds])
+        most = max(float(gained[..., envelope].sum()), 0.0)
+        gained[..., envelope] = 0.0
+    most += float(gained.sum(axis=1).max(initial=0.0))
     return pair.log_evidence - most > single.log_evidence + PAIR_MARGIN
+
+
+def _strikes_with_what_does_not(pair: Fit) -> bool:
+    """Return whether one of two effects strikes and the other makes no line of the envelope, as contacts do."""
+    struck = that_strike([one.effect for one in pair.candidates])
+    others = [one for one in pair.candidates if one.effect not in struck]
+    return bool(struck) and any(not one.effect.IDEALISED for one in others)
 
 
 def may_gain(leader: Fit, best: float) -> bool:

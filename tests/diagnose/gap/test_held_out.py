@@ -59,6 +59,7 @@ def _after(
     repeats: bool = True,
     healthy: bool = True,
     smooth: float = 0.0,
+    witness: tuple[int, ...] = (1,),
 ) -> tuple[Posterior, tuple[str, ...]]:
     logs = dict.fromkeys(shares, 0.0) | (evidences or {})
     named = [one for one in shares if one and one != UNKNOWN]
@@ -79,7 +80,7 @@ def _after(
     monkeypatch.setattr(held_out, "smooth_db", lambda parameters, _: smooth if parameters == 2 else np.nan)
     predictor = SimpleNamespace(repeats=lambda machine: repeats)
     baseline, known = SimpleNamespace(machine=None), object() if healthy else None
-    prepared: Any = SimpleNamespace(held_out=(1,), predictor=predictor, baseline=baseline, healthy=known)
+    prepared: Any = SimpleNamespace(held_out=witness, predictor=predictor, baseline=baseline, healthy=known)
     return checked(prepared, posterior)
 
 
@@ -307,3 +308,22 @@ def test_without_healthy_recordings_something_unknown_is_claimed_only_where_nois
     noise_does = not healthy and left > 0.1
     assert judged(found.probabilities)[0] == ("none" if noise_does else "unknown")
     assert [("Recordings of the healthy machine" in one) for one in remarks] == ([True] if noise_does else [])
+
+
+@pytest.mark.parametrize(
+    ("ahead", "left_by_nothing", "named"),
+    [(9.0, 0.9, False), (11.0, 0.9, True), (9.0, 1e-3, True)],
+    ids=["noise would do, told weakly", "told strongly", "nothing at all leaves more than noise"],
+)
+def test_without_a_condition_held_out_the_fitted_lines_must_tell_a_name_strongly(
+    monkeypatch, ahead, left_by_nothing, named
+):
+    shares = {LEFT: 0.9, (): 0.09, UNKNOWN: 0.01}
+    monkeypatch.setattr(held_out, "chance_of_residual", lambda _: left_by_nothing)
+    # The evidence of nothing at all is 4 less than what is given here.
+    found, remarks = _after(monkeypatch, shares, {}, evidences={LEFT: ahead - 4.0, (): 0.0}, witness=())
+    assert next(iter(found.probabilities)) == (LEFT if named else ())
+    assert bool(remarks) != named
+    assert sum(found.probabilities.values()) == pytest.approx(1.0)
+    if not named:
+        assert "fourth speed" in remarks[0]

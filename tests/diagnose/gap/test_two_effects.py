@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from rotorwise.diagnose.gap.evidence import comparison
-from rotorwise.diagnose.gap.hypotheses import candidates
+from rotorwise.diagnose.gap.hypotheses import Candidate, candidates
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
 from rotorwise.diagnose.gap.predict import Predictor
 from rotorwise.diagnose.gap.refine import Fit, nothing
@@ -16,6 +16,9 @@ from rotorwise.diagnose.gap.screening import Screening
 from rotorwise.diagnose.gap.two_effects import PAIR_MARGIN, screened_beside, told_by_more_than_one_size
 from rotorwise.simulators import rigid_coupling
 from rotorwise.simulators.effect import effect_catalogue
+from rotorwise.simulators.effects.ball_defect import BallDefect
+from rotorwise.simulators.effects.looseness import Looseness
+from rotorwise.simulators.effects.outer_race_defect import OuterRaceDefect
 from rotorwise.simulators.effects.unbalance import Unbalance
 
 from .test_gap_evidence import _baseline
@@ -53,17 +56,20 @@ def _only_turns(candidate: Any) -> bool:
     return [one.parameter.name for one in candidate.coordinates] == ["rotation_rad"]
 
 
-def _leaving(sizes: np.ndarray, knees: np.ndarray | None, evidence: float) -> Fit:
-    """Return a fit that leaves sizes (conditions, probes, orders) in their deviations."""
+def _leaving(
+    sizes: np.ndarray, knees: np.ndarray | None, evidence: float, *, envelope: bool = False, effects: Any = ()
+) -> Fit:
+    """Return a fit of effects that leaves sizes (conditions, probes, orders) in their deviations."""
     conditions = tuple(Condition(600.0 * 2**k) for k in range(len(sizes)))
     orders, probes = tuple(3.1 + k for k in range(sizes.shape[2])), ("a", "b")
-    kinds = (LineKind(phase=False),) * sizes.shape[2]
+    kinds = (LineKind(phase=False, envelope=envelope),) * sizes.shape[2]
     lines = OrderLines(conditions, probes, orders, sizes.astype(complex), np.ones(sizes.shape), kinds, knees=knees)
     bare = _baseline(len(sizes), np.array([0.5]), np.zeros(1))
     none = np.zeros(sizes.shape, dtype=complex)
     bare = replace(bare, lines=none, slopes=np.zeros((len(bare.prior), *sizes.shape), dtype=complex))
     compared = comparison(lines, bare, None, None, np.full(sizes.shape[1:], 1e-3))
-    return replace(nothing(compared), compared=compared, log_evidence=evidence)
+    every = tuple(Candidate(one, ()) for one in effects)
+    return replace(nothing(compared), candidates=every, compared=compared, log_evidence=evidence)
 
 
 def test_a_second_effect_that_one_line_of_one_record_tells_is_none_on_the_scale():
@@ -78,6 +84,21 @@ def test_a_second_effect_that_one_line_of_one_record_tells_is_none_on_the_scale(
     # What stays is what the other three lines tell.
     assert not told_by_more_than_one_size(replace(pair, log_evidence=PAIR_MARGIN + 4.0), _leaving(several, knees, 0.0))
     assert told_by_more_than_one_size(_leaving(clear, None, 15.0), _leaving(one, None, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("second", "told"), [(Unbalance(at="disc"), False), (Looseness(at="housing_a"), True), (BallDefect(), True)]
+)
+def test_what_the_envelope_gains_beside_strikes_tells_only_what_makes_lines_in_it(second, told):
+    knees, several = np.full((2, 4), 3.0), np.zeros((3, 2, 4))
+    several[:, 0, :] = 3.0
+    first = OuterRaceDefect(at="bearing_a")
+    single = _leaving(several, knees, 0.0, envelope=True, effects=(first,))
+    pair = _leaving(np.zeros((3, 2, 4)), knees, 30.0, envelope=True, effects=(first, second))
+    assert told_by_more_than_one_size(pair, single) == told
+    # What it makes in the spectrum counts.
+    pair = replace(pair, log_evidence=70.0)
+    assert told_by_more_than_one_size(pair, single)
 
 
 def test_what_was_put_aside_is_taken_up_where_it_explains_what_is_left():
