@@ -25,6 +25,8 @@ from .fitness import UnfitRecordingError, fit
 BASELINE_FOLDER = "baseline"
 #: Of a longer file the beginning is taken: order lines do not need more.
 MOST_SAMPLES = 4_000_000
+#: Units of a load, as they are compared, with how many of the machine's one of the file's is.
+UNITS_OF_LOAD = {("lb", "kg"): 0.45359237, ("lbf", "kg"): 0.45359237, ("kn", "n"): 1e3, ("knm", "nm"): 1e3}
 #: Defects of the data that are told one by one.
 MOST_DOUBTS = 12
 
@@ -210,15 +212,17 @@ def _loaded(recording: Recording, machine: Machine, stated: Mapping[str, float])
         return _with_load(recording, fitting[-1], parameter)
     if said.load is None:
         return recording
-    if said.load_unit and _plain(said.load_unit) != _plain(parameter.unit):
+    units = _plain(said.load_unit or parameter.unit), _plain(parameter.unit)
+    factor = 1.0 if units[0] == units[1] else UNITS_OF_LOAD.get(units)
+    if factor is None:
         raise InvalidValueError(
             f"{path}: load {said.load:g} {said.load_unit}; machine {machine.name} takes {parameter.name} in "
             f"{parameter.unit}. Give it with --load {path.name}=VALUE."
         )
     try:
-        return _with_load(recording, parameter.checked(said.load), parameter)
+        return _with_load(recording, parameter.checked(factor * said.load), parameter)
     except InvalidValueError as problem:
-        raise InvalidValueError(f"{path}: {problem}") from None
+        raise InvalidValueError(f"{path}: {problem} Or give another with --load {path.name}=VALUE.") from None
 
 
 def _with_load(recording: Recording, load: float, parameter: Parameter) -> Recording:
