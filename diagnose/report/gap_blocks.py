@@ -63,13 +63,14 @@ def _cause_card(cause: Cause) -> str:
         f"<dt>{escape(parameter_label(name, one.unit))}</dt><dd>{printed(estimate_words(one))}</dd>"
         for name, one in cause.parameters.items()
     )
+    values = f'<dl class="facts">{facts}</dl><p class="source">In brackets: 90 % interval.</p>' if facts else ""
     known = effect_catalogue().get(cause.effect)
     meaning = f"<p>{escape(known.MEANING)}</p>" if known else ""
     check = f"<p><b>Check:</b> {escape(cause.check)}</p>" if cause.check else ""
     return (
         f'<li class="card"><h3 class="fault">{escape((cause.effect + at).replace("_", " ").capitalize())}</h3>'
         f'<div class="probability">{_bar(cause.probability)}<span>{_percent(cause.probability)}</span></div>'
-        f'{meaning}<dl class="facts">{facts}</dl><p class="source">In brackets: 90 % interval.</p>{check}</li>'
+        f"{meaning}{values}{check}</li>"
     )
 
 
