@@ -132,7 +132,7 @@ def explained(
     posterior, elsewhere = with_pulse_elsewhere(prepared, posterior)
     forces, remarks = useful_forces(prepared, posterior)
     gain = measured_gain(machine, prepared, posterior, forces)
-    heard = heard_rhythm(rhythms, machine, prepared.envelopes)
+    heard = heard_rhythm(rhythms, machine, prepared.envelopes, prepared.measured)
     return told(machine, prepared, posterior, not_compared, gain, forces, (*withdrawn, *elsewhere, *remarks), heard)
 
 

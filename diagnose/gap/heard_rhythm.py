@@ -15,13 +15,18 @@ import numpy as np
 from ...simulators.effect import Effect
 from ...simulators.machine import Machine
 from .envelope_lines import Spectrum
+from .lines import OrderLines
 from .result import Cause
-from .struck_rhythm import FAINT, MOST, elsewhere, rhythm, taken_by, that_strike
+from .size_scale import from_scale
+from .struck_rhythm import FAINT, MOST, elsewhere, rhythm, strongest_order, taken_by, that_strike
 
 #: Lines that a rhythm must hold at least, on the mean over the records in which it is heard.
 LEAST_LINES = 3.0
 #: A ball beats with its cage as well, so that one that holds this share of what the cage does goes before it.
 AS_MUCH = 0.9
+#: Distance, as a share of its order, within which a line that was observed is the rhythm's strongest, and the factor by
+#: which it is larger at the probe that is told.
+NEAR, CLEARLY_LOUDER = 0.03, 2.0
 #: Probability of what is named by its rhythm: see "Named by its rhythm" in README.md.
 HEARD = 0.95
 
@@ -40,6 +45,8 @@ class Heard:
         What its lines hold of what stands out, and the slip of the cage at which they do.
     is_sure : bool
         Whether it is named by that alone.
+    loudest : str
+        The probe at which its strongest line is clearly the largest; empty without one.
     """
 
     effect: Effect
@@ -47,6 +54,7 @@ class Heard:
     share: float
     slip: float
     is_sure: bool
+    loudest: str = ""
 
     @property
     def cause(self) -> Cause:
@@ -62,6 +70,7 @@ class Heard:
             f"{100 * self.slip:.1f} % its lines hold {self.share:.0%} of what stands out. Their sizes are not those "
             "that the model makes."
         )
+        said += f" They are loudest at {self.loudest}." if self.loudest else ""
         return f"{said} It is named by its rhythm alone; the extended machine has none of it." if self.is_sure else said
 
     def added(
@@ -83,7 +92,9 @@ class Heard:
         return "unknown", (*causes, self.cause), ranked
 
 
-def heard_rhythm(effects: Sequence[Effect], machine: Machine, envelopes: Sequence[Spectrum]) -> Heard | None:
+def heard_rhythm(
+    effects: Sequence[Effect], machine: Machine, envelopes: Sequence[Spectrum], lines: OrderLines | None = None
+) -> Heard | None:
     """Return the effect whose rhythm holds most of what stands out of the envelopes; None where none does.
 
     It is named by that where only what is new since the healthy records counts, in lines enough, where the same lines
@@ -97,6 +108,8 @@ def heard_rhythm(effects: Sequence[Effect], machine: Machine, envelopes: Sequenc
     machine : Machine
     envelopes : sequence of Spectrum
         As of `envelopes_of`.
+    lines : OrderLines, optional
+        Of the same recordings: they say at which probe it is loudest.
     """
     found = [(rhythm(one, machine, envelopes), one) for one in that_strike(effects)]
     most = max((own.share for own, _ in found), default=0.0)
@@ -110,7 +123,17 @@ def heard_rhythm(effects: Sequence[Effect], machine: Machine, envelopes: Sequenc
     rivals = [one for _, one in found if one.NAME != effect.NAME and one not in slow]
     sure = all(one.news for one in envelopes) and effect not in slow
     sure = sure and _is_alone(effect, own.share, rivals, machine, envelopes)
-    return Heard(effect, tuple(dict.fromkeys(alike)), own.share, own.slip, sure)
+    where = _loudest(strongest_order(effect, machine, own.slip), lines) if lines else ""
+    return Heard(effect, tuple(dict.fromkeys(alike)), own.share, own.slip, sure, where)
+
+
+def _loudest(order: float, lines: OrderLines) -> str:
+    """Return the probe at which a line of the envelope is larger than at all others by `CLEARLY_LOUDER`, or nothing."""
+    heard = [k for k, kind in enumerate(lines.kinds) if kind.envelope and abs(lines.orders[k] - order) < NEAR * order]
+    sizes = np.abs(np.where(lines.seen, from_scale(lines.amplitudes, lines.knees), 0.0))[..., heard]
+    total = sizes.max(axis=2, initial=0.0).sum(axis=0)
+    first, *others = np.argsort(-total)
+    return lines.probes[first] if others and total[first] > CLEARLY_LOUDER * total[others[0]] else ""
 
 
 def _is_slow(effect: Effect, machine: Machine) -> bool:

@@ -7,6 +7,7 @@ one effect keep their places to each other, whatever the slip: on the envelope's
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -109,6 +110,12 @@ def rhythm(effect: Effect, machine: Machine, spectra: Sequence[Spectrum]) -> Rhy
     shares = np.mean([_held(one, places) for one in spectra], axis=0)
     best = int(np.argmax(shares))
     return Rhythm(float(shares[best]), float(SLIPS[best]))
+
+
+def strongest_order(effect: Effect, machine: Machine, slip: float) -> float:
+    """Return the order of an effect's strongest line at one of `SLIPS`; NaN where it states none."""
+    places = _places(effect, machine)
+    return math.nan if places is None else float(places[int(np.argmin(np.abs(SLIPS - slip))), 0])
 
 
 def elsewhere(effect: Effect, machine: Machine, spectra: Sequence[Spectrum]) -> float:

@@ -8,6 +8,7 @@ import pytest
 from rotorwise.datasets.recording import Recording
 from rotorwise.diagnose.gap.envelope_lines import Spectrum, envelopes_of
 from rotorwise.diagnose.gap.heard_rhythm import HEARD, Heard, heard_rhythm
+from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
 from rotorwise.simulators import test_rig
 from rotorwise.simulators.effects.ball_defect import BallDefect
 from rotorwise.simulators.effects.cage_defect import CageDefect
@@ -42,6 +43,20 @@ def test_a_struck_race_is_named_at_both_bearings_that_beat_alike(inner: bool, na
     assert heard.slip == pytest.approx(0.01, abs=2e-3)
     assert heard.cause.at == "bearing_a or bearing_b"
     assert "named by its rhythm" in heard.words
+
+
+@pytest.mark.parametrize(("sizes", "where"), [([1.0, 3.0], "far"), ([2.0, 3.0], ""), ([3.0], "")])
+def test_the_probe_is_told_where_the_strongest_line_is_clearly_the_largest(sizes, where) -> None:
+    first = OuterRaceDefect(at="bearing_a", slip=0.01).signature(test_rig)[0].order
+    # A line beside it is another one's.
+    made = np.array([[[size, 9.0 / size] for size in sizes]], dtype=complex)
+    kinds = (LineKind(phase=False, envelope=True),) * 2
+    probes = ("near", "far")[: len(sizes)]
+    lines = OrderLines((Condition(1260.0),), probes, (first, 1.2 * first), made, np.ones(made.shape), kinds)
+    heard = heard_rhythm(EVERY, test_rig, envelopes(races(inner=False)), lines)
+    assert heard is not None
+    assert heard.loudest == where
+    assert ("loudest at far" in heard.words) == bool(where)
 
 
 def test_a_ball_is_named_and_a_cage_never() -> None:
