@@ -2,8 +2,7 @@
 
 A difference of two large responses takes many shapes, and the tolerances of two laws are shares of each, not of the
 difference. What two causes explain only that way is as likely one cause that is not in the catalogue, or is there in
-another shape: a bent shaft without its effect is a misaligned coupling and an unbalance that oppose each other. Nor is
-a second cause there that only undoes what a first one, predicted too large, makes of lines that are as they should be.
+another shape: a bent shaft without its effect is a misaligned coupling and an unbalance that oppose each other.
 """
 
 from __future__ import annotations
@@ -12,11 +11,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .evidence import Comparison, Problem
-from .lines import unstacked
+from .evidence import Problem
 from .refine import Fit
 from .responses import Responses
-from .shown_lines import SHOWN
 from .two_effects import best_of_each, told_by_more_than_one_size
 
 #: Share of the power of both alone below which what they make together is worth a warning, and below which they are not
@@ -29,55 +26,22 @@ def told_pairs(pairs: Sequence[Fit], singles: Sequence[Fit], problem: Problem) -
 
     ``singles`` are the fits of one effect.
     """
-    plain = problem.plain()
     told = [fit for fit in pairs if told_by_more_than_one_size(fit, best_of_each(singles)[0])]
-    alone = [(fit, own_lines(fit, problem)) for fit in told]
-    opposed = tuple(fit for fit, each in alone if rest_of(fit, each) < NEARLY_NOTHING)
-    return [fit for fit, each in alone if fit not in opposed and not undoes(fit, each, plain)], opposed
-
-
-def own_lines(fit: Fit, problem: Problem) -> list[np.ndarray]:
-    """Return what each effect of a fit makes alone, (conditions, probes, orders)."""
-    machine = (fit.problem or problem).baseline.machine
-    return list(Responses(fit.candidates, machine, problem.predictor).own(fit.position, fit.response))
-
-
-def rest_of(fit: Fit, each: Sequence[np.ndarray]) -> float:
-    """Return the power, in lines of unit noise, of what two effects make together over that of both alone.
-
-    1 where they have nothing to do with each other, and of one effect. ``each`` as of `own_lines`.
-    """
-    if len(fit.candidates) != 2 or fit.compared is None:
-        return 1.0
-    alone = sum(float((fit.compared.whitened(own) ** 2).sum()) for own in each)
-    return float((fit.compared.whitened(np.sum(each, axis=0)) ** 2).sum()) / max(alone, 1e-300)
-
-
-def undoes(fit: Fit, each: Sequence[np.ndarray], plain: Comparison) -> bool:
-    """Return whether one of two effects brings the lines that it makes no nearer than they are without both.
-
-    Parameters
-    ----------
-    fit : Fit
-    each : sequence of ndarray
-        As of `own_lines`.
-    plain : Comparison
-        Of the lines without any effect.
-    """
-    if len(fit.candidates) != 2 or fit.compared is None:
-        return False
-    lines = plain.lines
-    apart = [
-        unstacked(of.factor @ left, lines.parts) for of, left in ((plain, plain.residual), (fit.compared, fit.residual))
-    ]
-    before, after = (np.where(lines.seen, np.abs(own / lines.deviations) ** 2, 0.0) for own in apart)
-    made = [lines.seen & (np.abs(own) > SHOWN * lines.deviations) for own in each]
-    return any(own.any() and after[own].sum() >= before[own].sum() for own in made)
+    opposed = tuple(fit for fit in told if rest_of_both(fit, problem) < NEARLY_NOTHING)
+    return [fit for fit in told if fit not in opposed], opposed
 
 
 def rest_of_both(fit: Fit, problem: Problem) -> float:
-    """Return `rest_of` two effects of a fit."""
-    return rest_of(fit, own_lines(fit, problem)) if len(fit.candidates) == 2 else 1.0
+    """Return the power, in lines of unit noise, of what two effects make together over that of both alone.
+
+    1 where they have nothing to do with each other, and of one effect.
+    """
+    if len(fit.candidates) != 2 or fit.compared is None:
+        return 1.0
+    machine = (fit.problem or problem).baseline.machine
+    each = Responses(fit.candidates, machine, problem.predictor).own(fit.position, fit.response)
+    alone = sum(float((fit.compared.whitened(own) ** 2).sum()) for own in each)
+    return float((fit.compared.whitened(np.sum(each, axis=0)) ** 2).sum()) / max(alone, 1e-300)
 
 
 def opposing_words(fit: Fit, problem: Problem) -> tuple[str, ...]:

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from rotorwise.diagnose.gap import opposing
 from rotorwise.diagnose.gap.hypotheses import Candidate
-from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines, stacked
-from rotorwise.diagnose.gap.opposing import not_named_words, opposing_words, rest_of_both, undoes
+from rotorwise.diagnose.gap.opposing import not_named_words, opposing_words, rest_of_both
 
 FIRST = np.array([[[3.0 + 1j, 2.0, -1.0j]]])
 
@@ -57,27 +56,3 @@ def test_why_two_causes_are_not_named(monkeypatch):
     said = not_named_words(*_made(monkeypatch, FIRST, -0.8 * FIRST))
     assert said.startswith("Shaft bow at shaft and unbalance at disc would explain it, but only against each other, as")
     assert "2.4% of the power" in said
-
-
-@pytest.mark.parametrize(
-    ("first", "second", "undone"),
-    [
-        # The second takes back from 1X what the first puts there, where nothing was missed.
-        ([9.0, 5.0], [0.0, -5.0], True),
-        # It makes 1X, which was missed.
-        ([9.0, 0.0], [0.0, 8.0], False),
-        # What it makes is too small to be seen: that tells nothing.
-        ([9.0, 0.0], [0.0, -2.0], False),
-    ],
-)
-def test_a_second_cause_that_only_undoes_what_the_first_makes_is_none(first, second, undone):
-    made = [np.array([[own]], dtype=complex) for own in (first, second)]
-    missed = np.array([[[9.0, 8.0 if second[1] > 0 else 0.0]]], dtype=complex)
-    kinds, seen = (LineKind(),) * 2, np.ones((1, 1, 2))
-    lines = OrderLines((Condition(900.0),), ("rotor.x",), (3.0, 1.0), missed, seen, kinds)
-    reals = [stacked(own, lines.parts) for own in (missed, missed - made[0] - made[1])]
-    plain, pair = (SimpleNamespace(lines=lines, factor=np.eye(4), residual=own) for own in reals)
-    fit = SimpleNamespace(candidates=[None, None], compared=pair, residual=pair.residual)
-    assert undoes(fit, made, plain) == undone  # type: ignore[arg-type]
-    fit.candidates = [None]
-    assert not undoes(fit, made[:1], plain)  # type: ignore[arg-type]
