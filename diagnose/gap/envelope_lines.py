@@ -51,8 +51,8 @@ def envelopes_of(
 ) -> tuple[Spectrum, ...]:
     """Return what stands out of the envelopes of recordings, those without an acceleration left out.
 
-    What stands out of the healthy ones that are nearest in speed as well, at the same order, is left out: balls that
-    pass a sound race, a mesh, a belt.
+    What stands out of the healthy ones that are nearest in speed as well, at the same order or frequency, is left out:
+    balls that pass a sound race, a mesh, a belt, the supply.
     """
     with_speeds = zip(recordings, speeds_rpm, strict=True)
     faulty = [one for one in (_envelope(*of) for of in with_speeds) if one is not None]
@@ -125,5 +125,7 @@ def _has_grown(envelope: _Envelope, before: _Envelope, orders: np.ndarray, floor
     bins = NARROW_BINS * max(envelope.resolution, before.resolution)
     own, other = [envelope.channels.index(name) for name in both], [before.channels.index(name) for name in both]
     now = envelope.about(orders, np.maximum(NARROW * orders, bins))[own]
-    then = before.about(orders, np.maximum(BESIDE * orders, bins))[other]
+    # At the same order, or the same frequency: so is a line of the supply, and a speed without tacho may be 1 % wrong.
+    places = (orders, orders * envelope.speed_rpm / before.speed_rpm)
+    then = np.maximum(*(before.about(place, np.maximum(BESIDE * place, bins))[other] for place in places))
     return (now / floors[own]).mean(axis=0) > GROWN * (then / floors[own]).mean(axis=0)
