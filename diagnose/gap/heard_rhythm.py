@@ -100,9 +100,10 @@ def heard_rhythm(
 ) -> Heard | None:
     """Return the effect whose rhythm holds most of what stands out of the envelopes; None where none does.
 
-    It is named by that where only what is new since the healthy records counts, in lines enough, one of them loud, where
-    the same lines would hold less than half of it at any other place, and no other effect holds half as much of what it
-    leaves. The cage, which turns in a sound bearing as well and stands beside the lines of its races and balls, is not.
+    It is named by that where only what is new since the healthy records counts, in lines enough, one of them loud,
+    where the same lines would hold less than half of it at any other place, and no other effect holds half as much of
+    what it leaves. The cage, which turns in a sound bearing as well and stands beside the lines of its races and balls,
+    is not.
 
     Parameters
     ----------
