@@ -13,6 +13,7 @@ from ...simulators.effect import effect_catalogue
 from ...simulators.errors import InvalidValueError
 from ...simulators.machine import Machine
 from ...simulators.solvers.blas import single_blas_thread
+from .changed_transfer import changed_transfers, without_changed
 from .envelope_lines import Spectrum, envelopes_of
 from .envelope_noise import noise_of_records, not_of_the_fault
 from .evidence import Comparison
@@ -199,7 +200,8 @@ def prepare(
     speeds, before = ([row.speed_rpm for row in one.conditions] if one else [] for one in (measured, healthy))
     envelopes = envelopes_of(campaign.recordings, speeds, campaign.baseline, before)
     restless = unsteady(campaign.recordings, speeds, campaign.baseline, before, list(channels))
-    measured = _without_rhythm(measured, machine, envelopes, without)
+    changed = changed_transfers(campaign.recordings, speeds, campaign.baseline, before, list(channels))
+    measured = without_changed(_without_rhythm(measured, machine, envelopes, without), changed)
     unseen = {measured.orders[i] for i in np.flatnonzero(~measured.seen.any(axis=(0, 1)))}
     further = tuple(place for place in further if place[1] or place[0] not in unseen)
     healthy = _sure(healthy, campaign.baseline) if healthy else None
@@ -216,7 +218,7 @@ def prepare(
         healthy, own = healthy and on_scale(healthy, knees), own and replace(own, knees=knees)
     found = put_together(machine, measured, predictor, healthy, own, as_given=as_given, tell=tell)
     found = replace(found, waveform=waveform, flawed=flawed, found_lines=further, envelopes=envelopes)
-    return replace(found, mended=put_back is not None, unsteady=restless)
+    return replace(found, mended=put_back is not None, unsteady=restless, transfers=changed)
 
 
 def _without_rhythm(

@@ -11,6 +11,7 @@ from ...simulators.machine import Machine
 from .baseline import Baseline, again
 from .bends import with_bends
 from .calibration import residual_error, settled_further
+from .changed_transfer import ChangedTransfer
 from .envelope_lines import Spectrum
 from .evidence import Problem
 from .form_error import FormErrors
@@ -67,6 +68,8 @@ class Prepared:
         Whether samples that had been lost were put back.
     unsteady : tuple of Unsteady
         Records that do not repeat as the healthy machine does.
+    transfers : tuple of ChangedTransfer
+        Channels that see the machine by another way than the healthy records did.
     """
 
     measured: OrderLines
@@ -88,6 +91,7 @@ class Prepared:
     envelopes: tuple[Spectrum, ...] = ()
     mended: bool = False
     unsteady: tuple[Unsteady, ...] = ()
+    transfers: tuple[ChangedTransfer, ...] = ()
 
     def problem(self, chosen: Sequence[int]) -> Problem:
         """Return the problem of some of the conditions."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...simulators.effect import effect_catalogue
 from ...simulators.machine import Machine
+from .changed_transfer import changed_words
 from .closest import closest_words
 from .coordinates import values_at
 from .empirical import AddedForce, as_effect
@@ -80,6 +81,7 @@ def told(
     rivals = _rivals(posterior, [one for one in together if one != names])
     aside = [_suspicion(name, own) for name, own in prepared.waveform.items() if name not in shown]
     aside += unsteady_words(prepared.unsteady) if kind == "unknown" else ()
+    aside += changed_words(prepared.transfers)
     own = _own_remarks(posterior, prepared, best, rivals, nameless=kind == "unknown" and not best.candidates)
     added = tuple(as_effect(one) for one in forces)
     form = form_of(prepared.form) if prepared.form else None
@@ -131,6 +133,7 @@ def _with_flaws(posterior: Posterior, prepared: Prepared) -> tuple[Posterior, tu
     flawed = prepared.flawed
     if not flawed and judged(posterior.probabilities)[0] in ("none", "cannot tell"):
         flawed = channels_of(prepared.unsteady, prepared.waveform)
+        flawed = tuple(dict.fromkeys((*flawed, *(one.channel for one in prepared.transfers))))
     if not flawed:
         return posterior, ()
     return replace(posterior, probabilities=_not_nothing(posterior.probabilities)), flawed
