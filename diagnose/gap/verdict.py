@@ -79,9 +79,7 @@ def told(
     causes, probabilities, other, to_tell = told_by_one_line(best, causes, probabilities)
     alike = (*("+".join(one) or "nothing" for one in together), *other)
     rivals = _rivals(posterior, [one for one in together if one != names])
-    aside = [_suspicion(name, own) for name, own in prepared.waveform.items() if name not in shown]
-    aside += unsteady_words(prepared.unsteady) if kind == "unknown" else ()
-    aside += changed_words(prepared.transfers)
+    aside = _on_records(prepared, shown, kind)
     own = _own_remarks(posterior, prepared, best, rivals, nameless=kind == "unknown" and not best.candidates)
     added = tuple(as_effect(one) for one in forces)
     form = form_of(prepared.form) if prepared.form else None
@@ -192,6 +190,13 @@ def _pulse(angle_rad: float) -> tuple[str, ...]:
         f"The tacho's pulse comes when the model has turned by {math.degrees(angle_rad):.0f} deg, say the healthy "
         "recordings. Angles on the shaft are counted from the model's zero; add this to count from the pulse.",
     )
+
+
+def _on_records(prepared: Prepared, shown: Mapping[str, tuple[str, ...]], kind: str) -> list[str]:
+    """Return what the records say beside their lines; ``shown`` is told as a cause."""
+    said = [_suspicion(name, own) for name, own in prepared.waveform.items() if name not in shown]
+    said += unsteady_words(prepared.unsteady) if kind == "unknown" else ()
+    return [*said, *changed_words(prepared.transfers)]
 
 
 def _suspicion(name: str, channels: Sequence[str]) -> str:
