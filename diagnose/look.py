@@ -318,6 +318,9 @@ def without_speed(looked: Looked, range_hz: tuple[float, float] | None) -> Inval
         advice = "Widen --speed-range, or take a longer record."
     elif hint:
         where, advice = f" near {hint:g} rpm", "Give --tacho, or --speed-range LOW-HIGH for a run-up."
+    if looked.tacho is not None:
+        where = f"{where}, and no even pulses in the tacho channel"
+        advice = advice.replace("Give --tacho", "Name another channel with --tacho")
     return InvalidValueError(f"No shaft speed found in the vibration{where}. {advice}")
 
 

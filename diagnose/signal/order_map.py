@@ -118,8 +118,13 @@ def order_map(
 
 
 def _for_whole_frames(highest_order: float, turns_a_frame: int) -> int:
-    """Return a few more samples a turn than needed, so that the length of a frame has small factors only."""
+    """Return a few more samples a turn than needed, so that the length of a frame has small factors only.
+
+    But those of its turns: no number of samples takes a 7 or an 11 out of them.
+    """
     per_turn = samples_a_turn(highest_order)
+    if fast_length(turns_a_frame) != turns_a_frame:
+        return fast_length(per_turn)
     while fast_length(per_turn * turns_a_frame) != per_turn * turns_a_frame:
         per_turn += 1
     return per_turn

@@ -6,6 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+#: Share of its range that a tacho moves from sample to sample and is still no noise for that.
+QUIET = 1 / 20
+#: An encoder behind an anti-alias filter rings from pulse to pulse and is never at rest: where so many pulses come as
+#: evenly as this, nearly all of them, what moves is no noise. Crossings of noise lie as they please.
+FEWEST_EVEN, EVENLY, NEARLY_ALL = 20, 0.2, 0.98
+#: Part of a period after which the next pulse may come.
+TOO_EARLY = 0.6
+
 
 @dataclass(frozen=True, eq=False)
 class PulseRepair:
@@ -42,18 +50,38 @@ def repaired_pulses(times_s: np.ndarray) -> PulseRepair:
     ([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0], 1, 1)
     """
     nearby = _nearby_period(np.diff(times_s))
+    first = _first_of_train(np.diff(times_s) / nearby)
+    times_s, nearby = times_s[first:], nearby[first:]
     kept = [float(times_s[0])]
-    missing = false = 0
+    missing, false = 0, first
     for time, period, following in zip(times_s[1:], nearby, np.append(times_s[2:], np.inf), strict=True):
         gap = time - kept[-1]
         next_fits_better = abs(following - kept[-1] - period) < abs(gap - period)
-        if gap > 0.6 * period and not next_fits_better:
+        if gap > TOO_EARLY * period and not next_fits_better:
             steps = round(gap / period)
             kept.extend(np.linspace(kept[-1], time, steps + 1)[1:])
             missing += steps - 1
         else:
             false += 1
     return PulseRepair(np.array(kept), missing, false)
+
+
+def _first_of_train(periods: np.ndarray) -> int:
+    """Return the first pulse that the others are counted from; ``periods`` are in those nearby.
+
+    A record may begin with an edge that is none: its filter starts from rest in the middle of a pulse. The next pulse
+    comes too early then, and the one after that fits it better than the first.
+    """
+    first = 0
+    while first + 1 < periods.size and periods[first] < TOO_EARLY:
+        if _beside_whole(periods[first + 1]) >= _beside_whole(periods[first] + periods[first + 1]):
+            break
+        first += 1
+    return first
+
+
+def _beside_whole(periods: float) -> float:
+    return abs(periods - max(round(periods), 1))
 
 
 def regular_share(times_s: np.ndarray) -> float:
@@ -79,9 +107,22 @@ def pulse_times(signal: np.ndarray, *, rate_hz: float) -> np.ndarray:
     if signal.size < 3:
         return np.empty(0)
     low, high = np.percentile(signal, [0.1, 99.9])
-    noise = float(np.median(np.abs(np.diff(signal)))) / 0.954  # median |difference| of white noise is 0.954 sigma
-    if high - low <= 20 * noise or high == low:
+    if high == low:
         return np.empty(0)
+    noise = float(np.median(np.abs(np.diff(signal)))) / 0.954  # median |difference| of white noise is 0.954 sigma
+    times = _rising_edges(signal, low, high) / rate_hz
+    return times if noise < QUIET * (high - low) or _come_evenly(times) else np.empty(0)
+
+
+def _come_evenly(times_s: np.ndarray) -> bool:
+    if times_s.size < FEWEST_EVEN:
+        return False
+    periods = np.diff(times_s)
+    return float((np.abs(periods / _nearby_period(periods) - 1.0) < EVENLY).mean()) >= NEARLY_ALL
+
+
+def _rising_edges(signal: np.ndarray, low: float, high: float) -> np.ndarray:
+    """Return where a signal passes the middle of its range upwards, in samples, interpolated."""
     state = np.zeros(signal.size, dtype=np.int8)
     state[signal > low + 0.65 * (high - low)] = 1
     state[signal < low + 0.35 * (high - low)] = -1
@@ -96,4 +137,4 @@ def pulse_times(signal: np.ndarray, *, rate_hz: float) -> np.ndarray:
         step = signal[before] - signal[before - 1] if before > 0 else 0.0
         fraction = (middle - signal[before - 1]) / step if step > 0 else 1.0
         edges.append(before - 1 + fraction)
-    return np.array(edges) / rate_hz
+    return np.array(edges)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from rotorwise.diagnose.signal.order_tracking import phase_from_pulses
 from rotorwise.diagnose.signal.speed import pulse_times, speed_from_tacho
 from rotorwise.simulators.errors import InvalidValueError
+from scipy.signal import butter, sosfilt
 
 RATE = 20_000.0
 SECONDS = 4.0
@@ -55,6 +56,30 @@ def test_several_pulses_a_turn(per_turn):
     estimate, _ = found(train(steady(24.71) * per_turn, duty=0.4), pulses_per_revolution=per_turn)
     assert estimate.speed_hz == pytest.approx(24.71, rel=1e-5)
     assert estimate.speed_rpm == pytest.approx(60 * 24.71, rel=1e-5)
+
+
+@pytest.mark.parametrize("speed", [10.0, 25.5, 36.0, 50.0])
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_an_encoder_behind_an_anti_alias_filter(speed, noise):
+    """Sixty stripes at 7 to 33 samples each: after eight poles at 0.4 of the rate it rings and is never at rest."""
+    finer = 8
+    angle = 60 * (0.3 + speed * np.arange(TIME.size * finer) / (RATE * finer))
+    filtered = sosfilt(butter(8, 0.4 * RATE, fs=RATE * finer, output="sos"), 5.0 * (angle % 1.0 < 0.5))[::finer]
+    pulses = filtered + np.random.default_rng(3).normal(0, noise, TIME.size)
+    estimate, times = found(pulses, pulses_per_revolution=60.0)
+    assert estimate.speed_hz == pytest.approx(speed, rel=1e-5)
+    assert np.diff(times) == pytest.approx(1 / (60 * speed), abs=0.6 / RATE)
+
+
+def test_a_step_before_the_first_pulse_is_none():
+    """A filter that starts from rest in the middle of a pulse makes an edge of its own: no pulse is lost for it."""
+    pulses = train(steady(24.71))
+    pulses[: int(0.3 * RATE / 24.71)] = 0.0
+    pulses[int(0.32 * RATE / 24.71) : int(0.36 * RATE / 24.71)] = 1.0
+    estimate, times = found(pulses)
+    whole = 0.3 + 24.71 * times
+    assert whole == pytest.approx(np.arange(1, times.size + 1), abs=0.01)
+    assert estimate.variation < 1e-3
 
 
 @pytest.mark.parametrize("duty", [0.003, 0.05, 0.5, 0.95])

@@ -130,3 +130,20 @@ def test_a_run_up_to_five_times_the_speed_is_a_regular_train():
     turns = np.interp(times * RATE, np.arange(ANGLE.size), ANGLE)
     # Pulses begin at whole samples, edges lie half a sample before: 1.5 samples at 50 Hz are 7.5e-3 of a turn.
     assert turns == pytest.approx(np.rint(turns), abs=7.5e-3)
+
+
+@pytest.mark.parametrize("turns", [1, 7, 11, 13, 14, 15, 16])
+def test_frames_of_any_number_of_turns(turns):
+    """No number of samples a turn takes a factor 7, 11 or 13 out of a frame's length: none is waited for."""
+    phase = 20.0 * np.arange(40_000) / 10_000
+    found = order_map(
+        np.cos(2 * np.pi * 3 * phase)[None],
+        rate_hz=10_000.0,
+        phase_turns=phase,
+        highest_order=8.0,
+        turns_a_frame=turns,
+    )
+    if turns > 2:
+        # A Hann window's lobe is two lines wide.
+        assert np.abs(found.amplitude[0, :, 3 * turns]) == pytest.approx(1.0, abs=0.01)
+    assert found.orders[-1] == pytest.approx(8.0)
