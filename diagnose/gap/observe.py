@@ -37,6 +37,10 @@ STILL_ORDERS, STILL_PIECES, STILL_ROUNDS = np.array([1.0, 2.0, 3.0]), 8, 3
 #: A steady shaft's turns are a polynomial of time of this degree, fitted to at least so many pulses, when every pulse
 #: lies within so many samples of it.
 SMOOTH_DEGREE, SMOOTH_PULSES, EDGE_SAMPLES = 3, 12, 1.0
+#: An edge between two samples is known better than that: what goes beyond this (standard deviation, samples) and
+#: follows a course is the shaft's own wander. By chance von Neumann's ratio is 2; the beat with the sampling stays
+#: below 0.07 samples.
+WANDER_SAMPLES, FOLLOWS = 0.15, 0.5
 
 
 def observe_orders(
@@ -263,7 +267,7 @@ def smooth_turns(
 
     A pulse's edge is known to a part of a sample. Followed from pulse to pulse, that error repeats with the beat
     between shaft and sampling, and makes lines beside the shaft's orders which are not there. None where the speed
-    wanders more.
+    wanders more, or so that the pulses follow a course which their edges do not explain.
 
     With the standard deviation of the angle of the whole record, in turns: of edges that are ``steps`` see
     `pulse_edges`; of others 0.
@@ -272,10 +276,16 @@ def smooth_turns(
     law = np.polynomial.Polynomial.fit(times_s, turns, SMOOTH_DEGREE, domain=[0.0, samples / rate_hz])
     turns_per_sample = (turns[-1] - turns[0]) / (times_s[-1] - times_s[0]) / rate_hz
     away = (law(times_s) - turns) / turns_per_sample
-    if times_s.size < SMOOTH_PULSES or np.abs(away).max() > EDGE_SAMPLES:
+    if times_s.size < SMOOTH_PULSES or np.abs(away).max() > EDGE_SAMPLES or (not steps and _wanders(away)):
         return None
     middle, doubt = between_edges(away) if steps else (0.0, 0.0)
     return law(np.arange(samples) / rate_hz) - turns_per_sample * middle, turns_per_sample * doubt
+
+
+def _wanders(away_samples: np.ndarray) -> bool:
+    """Return whether pulses leave a smooth course as a shaft does that hunts, not as edges that are read wrongly."""
+    changes = float((np.diff(away_samples) ** 2).mean())
+    return bool(away_samples.std() > WANDER_SAMPLES and changes < FOLLOWS * away_samples.var())
 
 
 def has_tacho(recording: Recording) -> bool:
