@@ -5,6 +5,7 @@ These are found by the data checks before any line is compared. A channel that s
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -60,6 +61,8 @@ SPEEDS = ("rotational_speed",)
 #: Equal samples in a row that count as held. Two already where samples mostly differ by so many steps of the converter:
 #: there equal neighbours are about as many as neighbours one step apart on either side, and the others were held.
 HELD_RUN, ROUGH = 4, 3.0
+#: Standard deviations by which equal neighbours must be more than those that chance makes.
+BEYOND_CHANCE = 3.0
 PIECES = 10
 
 
@@ -134,7 +137,9 @@ def _statistics(recording: Recording, name: str) -> _Statistics:
     apart = np.abs(np.diff(signal))
     if step and np.median(apart) >= ROUGH * step:
         by_chance = float(((apart > 0) & (apart < 1.5 * step)).sum()) / 2
-        held = max(held, float(runs.sum()) - 2 * by_chance)
+        # Both are counts: of the first, and half of the second.
+        scatter = math.sqrt(1.5 * by_chance)
+        held = max(held, float(runs.sum()) - 2 * (by_chance + BEYOND_CHANCE * scatter))
     means = _means(signal)
     # What a straight line through the pieces' means changes over the record.
     trend = float(abs(np.polyfit(np.arange(PIECES), means, 1)[0]) * PIECES)

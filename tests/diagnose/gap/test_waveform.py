@@ -55,6 +55,15 @@ def test_single_held_samples_are_lost_ones_where_neighbours_differ_by_many_steps
         assert "dropped_samples" not in seen_in_waveform(sound[:3], sound[3:], ["a"])
 
 
+def test_how_many_neighbours_are_equal_by_chance_scatters():
+    # 12 bits over a slow line: of 8000 samples some hundred pairs are equal, give or take a dozen.
+    random, time = np.random.default_rng(6), np.arange(SAMPLES) / 6400.0
+    made = [np.round(120 * np.sin(2 * np.pi * 20.3 * time) + 6 * random.normal(size=SAMPLES)) for _ in range(60)]
+    pairs = zip(made[:30], made[30:], strict=True)
+    seen = [seen_in_waveform([_recording(now)], [_recording(healthy)], ["a"]) for now, healthy in pairs]
+    assert seen == [{}] * 30
+
+
 def test_a_healthy_record_shows_nothing_and_an_old_defect_is_not_new():
     healthy = [_recording(_healthy(i)) for i in range(3)]
     assert seen_in_waveform([_recording(_healthy(7))], healthy, ["a"]) == {}
