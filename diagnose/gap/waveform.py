@@ -103,6 +103,8 @@ def _wanders(recordings: Sequence[Recording], healthy: Sequence[Recording]) -> b
     grown = 0
     for one in recordings:
         change, shown = phase_wander(one)
+        # Where the tacho follows the shaft, what the phase moves beyond it is the lag of a machine near resonance.
+        shown &= _variation(one) < WANDER
         before = min(usual, key=lambda known: abs(known[0] - _speed_hz(one)))[1] if shown and usual else WANDER
         grown += shown and change > WANDER_GROWTH * before
     return 2 * grown > len(recordings)
