@@ -41,7 +41,15 @@ from .struck_rhythm import not_heard, of_a_rhythm
 from .unsteady import unsteady
 from .verdict import told
 from .wanted_lines import STRUCK, wanted_lines
-from .waveform import ONLY_IN_WAVEFORM, SUSPECTED, lossy_channels, seen_in_waveform, variations, with_doubt
+from .waveform import (
+    ONLY_IN_WAVEFORM,
+    SUSPECTED,
+    lossy_channels,
+    seen_in_waveform,
+    variations,
+    with_doubt,
+    without_hunting,
+)
 
 HIGHEST_ORDER = 6.0
 #: Conditions in which all candidates are screened; the best are then followed in all of them.
@@ -197,6 +205,8 @@ def prepare(
     probes = machine.bare_assembly().probes
     turning = [one.name for one in probes if (one.direction, one.quantity) == ("torsion", "velocity")]
     measured = with_doubt(measured, seen, variations(campaign.recordings), raw, turning)
+    measured = without_hunting(measured, campaign.recordings)
+    healthy = without_hunting(healthy, campaign.baseline) if healthy else None
     speeds, before = ([row.speed_rpm for row in one.conditions] if one else [] for one in (measured, healthy))
     envelopes = envelopes_of(campaign.recordings, speeds, campaign.baseline, before)
     restless = unsteady(campaign.recordings, speeds, campaign.baseline, before, list(channels))

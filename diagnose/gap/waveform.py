@@ -46,6 +46,8 @@ GROWTH, LEAST_HELD, LEAST_STEP, LEAST_TREND = 4.0, 2e-3, 1e-3, 0.05
 #: A line changes by so many times the relative change of speed at most: at the half-power point of a resonance with 5 %
 #: of damping, 1 / (2 x 0.05).
 STEEPEST = 10.0
+#: Change of speed that the phase of 1X shows from which on an order's sidebands are what it makes: 0.5 % of 1X at 1 Hz.
+HUNTS = 2e-4
 #: A wandering speed itself gives every order sidebands up to so far away: 95 % of controllers hunt below (prior of
 #: ``speed_wander``).
 WANDER_HZ = 3.2
@@ -228,6 +230,17 @@ def with_doubt(
         wander = variation * np.array([one.speed_rpm for one in lines.conditions]) * 2 * np.pi / 60
         share = np.hypot(share, np.where(shown[None], wander[:, None, None], 0.0))
     return replace(lines, deviations=np.hypot(lines.deviations, np.hypot(share, left)))
+
+
+def without_hunting(lines: OrderLines, recordings: Sequence[Recording]) -> OrderLines:
+    """Return the lines, those without phase left out that lie beside an order where its phase moves with the shaft's.
+
+    A machine near a resonance lags behind a speed that hunts, whatever the tacho follows, and so much of the order
+    stands beside it.
+    """
+    hunts = np.array([shown and change > HUNTS for change, shown in map(phase_wander, recordings)])
+    left_out = _beside_an_order(lines) & hunts[:, None]
+    return replace(lines, deviations=np.where(left_out[:, None, :], np.inf, lines.deviations))
 
 
 def lossy_channels(seen: Mapping[str, Sequence[str]]) -> set[str]:

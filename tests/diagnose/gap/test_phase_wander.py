@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from rotorwise.datasets.recording import Channel, Recording
+from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
 from rotorwise.diagnose.gap.phase_wander import phase_wander
-from rotorwise.diagnose.gap.waveform import seen_in_waveform
+from rotorwise.diagnose.gap.waveform import seen_in_waveform, without_hunting
 
 SAMPLES, RATE_HZ, SPEED_HZ = 12_000, 1000.0, 17.3
 TIME = np.arange(SAMPLES) / RATE_HZ
@@ -58,6 +59,26 @@ def test_the_lag_of_a_resonance_behind_a_speed_that_the_tacho_follows_is_no_wand
     now = [_recording(turns, seed=10 + i, lag=lag) for i in range(3)]
     assert phase_wander(now[0])[0] > 3 * phase_wander(healthy[0])[0]
     assert seen_in_waveform(now, healthy, ["a", "b"]) == {}
+
+
+def test_lines_beside_an_order_that_follows_a_hunting_shaft_are_left_out():
+    lag = 0.04 * np.sin(2 * np.pi * HUNTING_HZ * TIME)
+    records = [_recording(STEADY), _recording(_turns(1.2e-2), lag=lag, seed=1)]
+    # 1X, what lies 1 Hz and 5 Hz beside it, hum at 8 Hz, and the envelope 1 Hz beside it.
+    places = ((1.0, 0.0, False), (1.0, 1.0, False), (1.0, 5.0, False), (0.0, 8.0, False), (1.0, 1.0, True))
+    kinds = [LineKind(phase=not f, frequency_hz=f, envelope=e) for _, f, e in places]
+    shape = (2, 2, len(places))
+    lines = OrderLines(
+        (Condition(60 * SPEED_HZ),) * 2,
+        ("a", "b"),
+        tuple(order for order, *_ in places),
+        np.ones(shape, dtype=complex),
+        np.full(shape, 0.1),
+        tuple(kinds),
+    )
+    seen = without_hunting(lines, records).seen
+    assert seen[0].all()
+    assert seen[1].tolist() == [[True, False, True, True, True]] * 2
 
 
 def test_what_noise_makes_of_the_phase_at_another_speed_hides_no_wander():
