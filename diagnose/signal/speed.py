@@ -25,7 +25,7 @@ from .speed_comb import (
 )
 from .speed_peaks import Peaks, find_peaks
 from .supply_lines import SUPPLY_TOLERANCE, follows_supply, of_supply, without_supply
-from .tacho import pulse_times, regular_share, repaired_pulses
+from .tacho import REGULAR, pulse_times, regular_share, repaired_pulses
 
 #: Samples by which lengths of turns differ where the speed does: thrice what edges known to half a sample make of them.
 EDGES = 4.0
@@ -78,7 +78,7 @@ def speed_from_tacho(
     if times.size < 3:
         return None
     regular = regular_share(times)
-    if regular < 0.5:
+    if regular < REGULAR:
         return None
     times = repaired_pulses(times).times_s
     periods = np.diff(times)

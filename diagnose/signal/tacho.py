@@ -10,9 +10,14 @@ import numpy as np
 QUIET = 1 / 20
 #: An encoder behind an anti-alias filter rings from pulse to pulse and is never at rest: where so many pulses come as
 #: evenly as this, nearly all of them, what moves is no noise. Crossings of noise lie as they please.
-FEWEST_EVEN, EVENLY, NEARLY_ALL = 20, 0.2, 0.98
+FEWEST_EVEN, EVENLY, NEARLY_ALL = 8, 0.2, 0.98
 #: Part of a period after which the next pulse may come.
 TOO_EARLY = 0.6
+#: Share of periods that are near those nearby in a train of pulses; and in one that no bounces are looked for in.
+REGULAR, CLEARLY_REGULAR = 0.5, 0.9
+#: A bounce follows after less than this share of the longest distances (this percentile of all), and takes away so much
+#: of the edges that this share is left at most: a few false ones are left to `repaired_pulses`.
+BOUNCE, LONGEST_PERCENT, MOST_LEFT = 0.3, 95.0, 0.75
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,15 +107,37 @@ def _nearby_period(periods: np.ndarray) -> np.ndarray:
     return np.median(windows, axis=1)
 
 
+def without_bounces(times_s: np.ndarray) -> np.ndarray:
+    """Return the first edges of clusters where a contact bounces, or noise crosses the middle of a slow edge.
+
+    Unchanged where the train is regular as it is, and where that leaves no regular one.
+
+    Parameters
+    ----------
+    times_s : numpy.ndarray, shape (pulses,)
+        Rising; any number.
+    """
+    if times_s.size < 3 or regular_share(times_s) >= CLEARLY_REGULAR:
+        return times_s
+    # Before the first edge the record itself says how long there was none.
+    gaps = np.diff(times_s, prepend=0.0)
+    first = times_s[gaps > BOUNCE * np.percentile(gaps[1:], LONGEST_PERCENT)]
+    fewer = FEWEST_EVEN < first.size < MOST_LEFT * times_s.size
+    return first if fewer and regular_share(first) >= CLEARLY_REGULAR else times_s
+
+
 def pulse_times(signal: np.ndarray, *, rate_hz: float) -> np.ndarray:
-    """Return interpolated rising-edge times in seconds, shape (pulses,); empty where there is no pulse train."""
+    """Return interpolated rising-edge times in seconds, shape (pulses,); empty where there is no pulse train.
+
+    Of edges that bounce the first of each.
+    """
     if signal.size < 3:
         return np.empty(0)
     low, high = np.percentile(signal, [0.1, 99.9])
     if high == low:
         return np.empty(0)
     noise = float(np.median(np.abs(np.diff(signal)))) / 0.954  # median |difference| of white noise is 0.954 sigma
-    times = _rising_edges(signal, low, high) / rate_hz
+    times = without_bounces(_rising_edges(signal, low, high) / rate_hz)
     return times if noise < QUIET * (high - low) or _come_evenly(times) else np.empty(0)
 
 

@@ -71,6 +71,20 @@ def test_an_encoder_behind_an_anti_alias_filter(speed, noise):
     assert np.diff(times) == pytest.approx(1 / (60 * speed), abs=0.6 / RATE)
 
 
+def test_a_contact_that_bounces():
+    """One to four edges within a tenth of a turn, in most turns more than one: the first is the pulse."""
+    random, turn = np.random.default_rng(12), RATE / 24.71
+    pulses = np.zeros(TIME.size)
+    starts = (np.arange(int(SECONDS * 24.71) - 1) + 0.3) * turn
+    for start in starts:
+        for after in (0.0, *np.cumsum(random.uniform(0.015, 0.035, random.integers(1, 4)))):
+            pulses[int(start + after * turn) : int(start + (after + 0.008) * turn)] = 1.0
+    estimate, times = found(pulses)
+    assert estimate.speed_hz == pytest.approx(24.71, rel=1e-4)
+    # Edges lie between two samples, up to one and a half after the true place was cut to a whole one.
+    assert times * RATE == pytest.approx(starts, abs=1.6)
+
+
 def test_a_step_before_the_first_pulse_is_none():
     """A filter that starts from rest in the middle of a pulse makes an edge of its own: no pulse is lost for it."""
     pulses = train(steady(24.71))
