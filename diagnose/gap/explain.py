@@ -25,6 +25,7 @@ from .heard_rhythm import heard_rhythm
 from .held_out import checked, with_pulse_elsewhere
 from .hypotheses import Candidate, candidates
 from .lines import OrderLines, turned_to_reference
+from .loose_contact import without_spikes
 from .lost_samples import mended
 from .met_lines import with_met_lines
 from .observe import observe_orders, shaft_speed_rpm, with_floor, with_reference
@@ -191,6 +192,8 @@ def prepare(
     With ``as_given`` nothing is added that the healthy recordings say that the model lacks.
     """
     channels = _channels(campaign, machine)
+    (recordings, spikes), (baseline, _) = map(without_spikes, (campaign.recordings, campaign.baseline))
+    campaign = replace(campaign, recordings=recordings, baseline=baseline)
     seen = seen_in_waveform(campaign.recordings, campaign.baseline, list(channels))
     lossy, recorded = lossy_channels(seen), campaign.recordings
     put_back = mended(recorded, lossy) if lossy else None
@@ -228,7 +231,7 @@ def prepare(
         healthy, own = healthy and on_scale(healthy, knees), own and replace(own, knees=knees)
     found = put_together(machine, measured, predictor, healthy, own, as_given=as_given, tell=tell)
     found = replace(found, waveform=waveform, flawed=flawed, found_lines=further, envelopes=envelopes)
-    return replace(found, mended=put_back is not None, unsteady=restless, transfers=changed)
+    return replace(found, mended=put_back is not None, unsteady=restless, transfers=changed, spikes=spikes)
 
 
 def _without_rhythm(

@@ -17,6 +17,7 @@ from .evidence import Problem
 from .form_error import FormErrors
 from .healthy_machine import healthy_machine
 from .lines import OrderLines
+from .loose_contact import Spikes
 from .model_error import ERROR_LENGTH_SPEED, ModelError, model_error
 from .model_form import Extended
 from .predict import Predictor, UnpredictableError
@@ -70,6 +71,8 @@ class Prepared:
         Records that do not repeat as the healthy machine does.
     transfers : tuple of ChangedTransfer
         Channels that see the machine by another way than the healthy records did.
+    spikes : tuple of Spikes
+        Of loose contacts, that were taken out of the recordings to explain.
     """
 
     measured: OrderLines
@@ -92,6 +95,7 @@ class Prepared:
     mended: bool = False
     unsteady: tuple[Unsteady, ...] = ()
     transfers: tuple[ChangedTransfer, ...] = ()
+    spikes: tuple[Spikes, ...] = ()
 
     def problem(self, chosen: Sequence[int]) -> Problem:
         """Return the problem of some of the conditions."""

@@ -20,6 +20,7 @@ from .form_words import form_words
 from .gain import explained
 from .judged import judged
 from .located import located_words
+from .loose_contact import spikes_words
 from .mirrored import with_mirror_images
 from .model_form import form_of
 from .next_measurement import next_measurement
@@ -196,7 +197,7 @@ def _on_records(prepared: Prepared, shown: Mapping[str, tuple[str, ...]], kind: 
     """Return what the records say beside their lines; ``shown`` is told as a cause."""
     said = [_suspicion(name, own) for name, own in prepared.waveform.items() if name not in shown]
     said += unsteady_words(prepared.unsteady) if kind == "unknown" else ()
-    return [*said, *changed_words(prepared.transfers)]
+    return [*said, *changed_words(prepared.transfers), *spikes_words(prepared.spikes)]
 
 
 def _suspicion(name: str, channels: Sequence[str]) -> str:
