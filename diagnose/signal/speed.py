@@ -67,7 +67,8 @@ def speed_from_tacho(
     Edges are counted where the signal crosses from below 35 % to above 65 % of its 0.1-99.9 % range, so that pulses
     of either sign are found where they last longer than 1/1000 of the time; pulses that go down give the times of
     their ends. A train counts as pulses when there are three or more, and the range is above 20 times the
-    sample-to-sample noise.
+    sample-to-sample noise, or eight or more come evenly (an encoder that rings behind its filter). Of edges that
+    bounce the first of each counts.
     """
     if pulses_per_revolution <= 0:
         raise InvalidValueError(
