@@ -25,7 +25,7 @@ from .speed_comb import (
 )
 from .speed_peaks import Peaks, find_peaks
 from .supply_lines import SUPPLY_TOLERANCE, follows_supply, of_supply, without_supply
-from .tacho import REGULAR, pulse_times, regular_share, repaired_pulses
+from .tacho import REGULAR, comes_unevenly_each_turn, pulse_times, regular_share, repaired_pulses
 
 #: Samples by which lengths of turns differ where the speed does: thrice what edges known to half a sample make of them.
 EDGES = 4.0
@@ -75,14 +75,18 @@ def speed_from_tacho(
             f"Pulses per revolution {pulses_per_revolution}; allowed: above 0. Check --pulses-per-revolution."
         )
     signal = np.asarray(pulses, dtype=float)
-    times = pulse_times(signal, rate_hz=rate_hz)
+    times = pulse_times(signal, rate_hz=rate_hz, several_a_turn=pulses_per_revolution > 1)
     if times.size < 3:
         return None
-    regular = regular_share(times)
-    if regular < REGULAR:
-        return None
-    times = repaired_pulses(times).times_s
-    periods = np.diff(times)
+    regular, over = 1.0, round(pulses_per_revolution)
+    if not comes_unevenly_each_turn(times, pulses_per_revolution):
+        over = 1
+        regular = regular_share(times)
+        if regular < REGULAR:
+            return None
+        times = repaired_pulses(times).times_s
+    # Uneven marks over whole turns.
+    periods = np.diff(times[: (times.size - 1) // over * over + 1])
     mean_period = float(periods.mean())
     speed = 1.0 / (mean_period * pulses_per_revolution)
     spread = float(periods.std() / mean_period / np.sqrt(periods.size)) if periods.size > 1 else 0.05

@@ -11,6 +11,8 @@ QUIET = 1 / 20
 #: An encoder behind an anti-alias filter rings from pulse to pulse and is never at rest: where so many pulses come as
 #: evenly as this, nearly all of them, what moves is no noise. Crossings of noise lie as they please.
 FEWEST_EVEN, EVENLY, NEARLY_ALL = 8, 0.2, 0.98
+#: Turns that tell whether marks are unevenly spaced.
+FEWEST_TURNS = 4
 #: Part of a period after which the next pulse may come.
 TOO_EARLY = 0.6
 #: Share of periods that are near those nearby in a train of pulses; and in one that no bounces are looked for in.
@@ -126,10 +128,18 @@ def without_bounces(times_s: np.ndarray) -> np.ndarray:
     return first if fewer and regular_share(first) >= CLEARLY_REGULAR else times_s
 
 
-def pulse_times(signal: np.ndarray, *, rate_hz: float) -> np.ndarray:
+def comes_unevenly_each_turn(times_s: np.ndarray, pulses_per_revolution: float) -> bool:
+    """Return whether pulses are spaced unevenly, and alike in every turn: marks of their own, none false or missing."""
+    step = round(pulses_per_revolution)
+    if step < 2 or step != pulses_per_revolution or times_s.size < FEWEST_TURNS * step:
+        return False
+    return not _are_even(np.diff(times_s)) and _are_even(times_s[step:] - times_s[:-step])
+
+
+def pulse_times(signal: np.ndarray, *, rate_hz: float, several_a_turn: bool = False) -> np.ndarray:
     """Return interpolated rising-edge times in seconds, shape (pulses,); empty where there is no pulse train.
 
-    Of edges that bounce the first of each.
+    Of edges that bounce the first of each, unless there are ``several_a_turn``: marks may stand close together.
     """
     if signal.size < 3:
         return np.empty(0)
@@ -137,14 +147,16 @@ def pulse_times(signal: np.ndarray, *, rate_hz: float) -> np.ndarray:
     if high == low:
         return np.empty(0)
     noise = float(np.median(np.abs(np.diff(signal)))) / 0.954  # median |difference| of white noise is 0.954 sigma
-    times = without_bounces(_rising_edges(signal, low, high) / rate_hz)
+    times = _rising_edges(signal, low, high) / rate_hz
+    times = times if several_a_turn else without_bounces(times)
     return times if noise < QUIET * (high - low) or _come_evenly(times) else np.empty(0)
 
 
 def _come_evenly(times_s: np.ndarray) -> bool:
-    if times_s.size < FEWEST_EVEN:
-        return False
-    periods = np.diff(times_s)
+    return times_s.size >= FEWEST_EVEN and _are_even(np.diff(times_s))
+
+
+def _are_even(periods: np.ndarray) -> bool:
     return float((np.abs(periods / _nearby_period(periods) - 1.0) < EVENLY).mean()) >= NEARLY_ALL
 
 

@@ -58,6 +58,16 @@ def test_several_pulses_a_turn(per_turn):
     assert estimate.speed_rpm == pytest.approx(60 * 24.71, rel=1e-5)
 
 
+@pytest.mark.parametrize("apart", [0.1, 0.2, 0.25, 0.3, 0.4])
+def test_two_marks_anywhere_on_the_shaft(apart):
+    """Two unlike distances a turn are no bounce, and none of them is a missing pulse."""
+    turn = steady(24.71) % 1.0
+    marks = ((turn < 0.02) | ((turn > apart) & (turn < apart + 0.02))).astype(float)
+    estimate, times = found(marks, pulses_per_revolution=2.0)
+    assert estimate.speed_hz == pytest.approx(24.71, rel=2e-5)
+    assert times.size in (197, 198)
+
+
 @pytest.mark.parametrize("speed", [10.0, 25.5, 36.0, 50.0])
 @pytest.mark.parametrize("noise", [0.0, 0.02])
 def test_an_encoder_behind_an_anti_alias_filter(speed, noise):
