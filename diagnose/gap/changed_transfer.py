@@ -77,8 +77,8 @@ def changed_transfers(
     before = {j: _levels_db(healthy[j], names, edges) for _, j in pairs}
     # Records, channels, bands; of a band that some record is too short for nothing is known.
     change = np.array([now[i] - before[j] for i, j in pairs])
-    found = (_changed(change, channel, edges) for channel in range(len(names)))
-    return tuple(replace(one, channel=name) for name, one in zip(names, found, strict=True) if one)
+    found = (_changed(change, names, channel, edges) for channel in range(len(names)))
+    return tuple(one for one in found if one)
 
 
 def without_changed(lines: OrderLines, changed: Sequence[ChangedTransfer]) -> OrderLines:
@@ -141,7 +141,7 @@ def _levels_db(recording: Recording, names: Sequence[str], edges: np.ndarray) ->
     return levels
 
 
-def _changed(change: np.ndarray, channel: int, edges: np.ndarray) -> ChangedTransfer | None:
+def _changed(change: np.ndarray, names: Sequence[str], channel: int, edges: np.ndarray) -> ChangedTransfer | None:
     """Return how one channel has changed; ``change`` is in dB, (records, channels, bands)."""
     own, others = change[:, channel], np.delete(change, channel, axis=1)
     fallen, risen, kept = (np.asarray(np.all(one, axis=0)) for one in (own < -FALLS_DB, own > FALLS_DB, own > -KEPT_DB))
@@ -159,7 +159,7 @@ def _changed(change: np.ndarray, channel: int, edges: np.ndarray) -> ChangedTran
     octave = slice(deepest, deepest + IN_AN_OCTAVE)
     moved = np.flatnonzero(_with_neighbour(fallen) | _with_neighbour(risen))
     return ChangedTransfer(
-        channel="",
+        channel=names[channel],
         fell=(float(edges[deepest]), float(edges[deepest + IN_AN_OCTAVE]), float(own[:, octave].mean())),
         bands_hz=tuple((float(edges[band]), float(edges[band + 1])) for band in moved),
         most_risen_db=max((float(own[:, band].mean()) for band in moved), default=0.0),

@@ -192,8 +192,8 @@ def prepare(
     With ``as_given`` nothing is added that the healthy recordings say that the model lacks.
     """
     channels = _channels(campaign, machine)
-    (recordings, spikes), (baseline, _) = map(without_spikes, (campaign.recordings, campaign.baseline))
-    campaign = replace(campaign, recordings=recordings, baseline=baseline)
+    (recordings, spikes), (baseline, earlier) = map(without_spikes, (campaign.recordings, campaign.baseline))
+    campaign, spikes = replace(campaign, recordings=recordings, baseline=baseline), (*spikes, *earlier)
     seen = seen_in_waveform(campaign.recordings, campaign.baseline, list(channels))
     lossy, recorded = lossy_channels(seen), campaign.recordings
     put_back = mended(recorded, lossy) if lossy else None

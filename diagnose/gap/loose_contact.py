@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...datasets.recording import Recording
+from .phase_wander import OTHERS
 from .words import joined_words
 
 #: Samples of the running median, and what a spike stands out of it at least, in standard deviations of what others do.
@@ -29,8 +30,6 @@ AROUND, QUIET = 40, 0.25
 MOST = 20
 #: Another channel that moves by so many of its own standard deviations at the time heard it, too.
 HEARD = 5.0
-#: Channels that are no vibration.
-OTHERS = ("tacho", "rotational_speed", "angle")
 
 
 @dataclass(frozen=True)

@@ -72,7 +72,7 @@ class Prepared:
     transfers : tuple of ChangedTransfer
         Channels that see the machine by another way than the healthy records did.
     spikes : tuple of Spikes
-        Of loose contacts, that were taken out of the recordings to explain.
+        Of loose contacts, that were taken out of the recordings, the healthy ones among them.
     """
 
     measured: OrderLines

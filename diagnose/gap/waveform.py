@@ -46,7 +46,8 @@ GROWTH, LEAST_HELD, LEAST_STEP, LEAST_TREND = 4.0, 2e-3, 1e-3, 0.05
 #: A line changes by so many times the relative change of speed at most: at the half-power point of a resonance with 5 %
 #: of damping, 1 / (2 x 0.05).
 STEEPEST = 10.0
-#: Change of speed that the phase of 1X shows from which on an order's sidebands are what it makes: 0.5 % of 1X at 1 Hz.
+#: Change of speed that the phase of 1X shows from which on an order's sidebands are what it makes:
+#: 0.35 % of 1X each where 1500 rpm hunt at 1 Hz.
 HUNTS = 2e-4
 #: A wandering speed itself gives every order sidebands up to so far away: 95 % of controllers hunt below (prior of
 #: ``speed_wander``).
