@@ -17,6 +17,7 @@ from .effects_command import effects
 from .envelope_command import envelope
 from .evaluate_command import evaluate
 from .gap_command import gap
+from .machines_command import machines
 from .orders_command import orders
 from .papers import papers
 from .severity_command import severity
@@ -121,6 +122,7 @@ app.command()(effects)
 app.command()(envelope)
 app.command()(evaluate)
 app.command()(gap)
+app.command()(machines)
 app.command()(orders)
 app.command()(sidebands)
 app.command()(simulate)

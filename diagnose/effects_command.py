@@ -10,6 +10,7 @@ import typer
 
 from ..simulators.errors import InvalidValueError
 from .cli_options import option
+from .label_rows import heading, row
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -61,8 +62,9 @@ def _show_list(known: dict[str, tuple[str, str]]) -> None:
         console.print(f"[bold underline]{title}[/]")
         for name, (own, meaning) in sorted(known.items()):
             if own == stage:
-                row = f"[bold]{name:{wide}}[/]  {escape(meaning)}"
-                console.print(row, no_wrap=True, overflow="ellipsis", crop=True)
+                console.print(
+                    f"[bold]{name:{wide}}[/]  {escape(meaning)}", no_wrap=True, overflow="ellipsis", crop=True
+                )
     console.print(f"{len(known)} effects. rotorwise effects NAME explains one.", style="dim")
 
 
@@ -73,23 +75,23 @@ def explain(data: dict[str, Any], console: Console) -> None:
     console.print(f"[bold underline]{data['name']}[/]  [dim]{data['stage']}, acts on: {escape(data['acts_on'])}[/]")
     console.print(escape(data["meaning"]))
     console.print(f"\n{escape(_reflowed(data['description']))}")
-    _heading(console, "Lines at the default values")
+    heading(console, "Lines at the default values")
     for machine, lines in data["lines"].items():
-        _row(console, machine, _lines(lines))
-    _heading(console, "Parameters")
+        row(console, machine, _lines(lines))
+    heading(console, "Parameters")
     for parameter in data["parameters"]:
         unit = f" {parameter['unit']}" if parameter["unit"] else ""
-        _row(console, parameter["name"], parameter["meaning"])
+        row(console, parameter["name"], parameter["meaning"])
         bounds = f"{parameter['lowest']:.4g} to {parameter['highest']:.4g}{unit}"
         absent = "" if parameter["absent_at"] is None else f"; absent at {parameter['absent_at']:g}"
-        _row(console, "", f"default {parameter['default']:.4g}{unit}, allowed {bounds}{absent}", style="dim")
-        _row(console, "", f"expected: {parameter['prior']} ({parameter['source']})", style="dim")
-    _heading(console, "What to check on the machine")
+        row(console, "", f"default {parameter['default']:.4g}{unit}, allowed {bounds}{absent}", style="dim")
+        row(console, "", f"expected: {parameter['prior']} ({parameter['source']})", style="dim")
+    heading(console, "What to check on the machine")
     console.print(escape(data["check"]))
-    _heading(console, "What looks alike, and what tells it apart")
+    heading(console, "What looks alike, and what tells it apart")
     for rival, separates in data["rivals"].items():
-        _row(console, rival, separates)
-    _heading(console, "References")
+        row(console, rival, separates)
+    heading(console, "References")
     for reference in data["references"]:
         console.print(escape(reference))
 
@@ -114,18 +116,3 @@ def _lines(lines: list[dict[str, Any]]) -> str:
 def _reflowed(text: str) -> str:
     """Return paragraphs as one line each, so that the screen's width decides where lines end."""
     return "\n\n".join(" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
-
-
-def _heading(console: Console, text: str) -> None:
-    console.print(f"\n[bold]{text}[/]")
-
-
-def _row(console: Console, label: str, text: str, *, style: str = "") -> None:
-    from rich.markup import escape
-    from rich.table import Table
-
-    grid = Table(box=None, show_header=False, padding=(0, 2, 0, 0), show_edge=False)
-    grid.add_column(no_wrap=True, min_width=24, style="cyan")
-    grid.add_column(ratio=1, style=style or None)
-    grid.add_row(label, escape(text))
-    console.print(grid)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import difflib
 import functools
 import importlib
 import json
 import pkgutil
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -102,7 +103,10 @@ class Machine:
         known = {declared.name: declared for declared in self.definition.parameters}
         for name in self.changed:
             if name not in known:
-                raise InvalidValueError(f"Machine {self.name} has no parameter {name!r}; allowed: {', '.join(known)}.")
+                raise InvalidValueError(
+                    f"Machine {self.name} has no parameter {name!r}; allowed: {', '.join(known)}. "
+                    f"{_nearest(name, known)}"
+                )
         checked = {name: known[name].checked(value) for name, value in self.changed.items()}
         object.__setattr__(self, "changed", checked)
 
@@ -280,8 +284,16 @@ def find_machine(name: str) -> Machine:
     """Return the shipped machine of this name with its plausible preset, or raise InvalidValueError."""
     catalogue = machine_catalogue()
     if name not in catalogue:
-        raise InvalidValueError(f"Machine {name!r} is unknown; allowed: {', '.join(catalogue)}. Correct the name.")
+        raise InvalidValueError(
+            f"Machine {name!r} is unknown; allowed: {', '.join(catalogue)}. {_nearest(name, catalogue)}"
+        )
     return catalogue[name]
+
+
+def _nearest(name: str, known: Iterable[str]) -> str:
+    """Return what to do about a wrong name."""
+    near = difflib.get_close_matches(name, list(known), n=1)
+    return f"Did you mean {near[0]}?" if near else "Correct the name."
 
 
 def _number(value: float) -> str:

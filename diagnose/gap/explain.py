@@ -14,6 +14,7 @@ from ...simulators.errors import InvalidValueError
 from ...simulators.machine import Machine
 from ...simulators.solvers.blas import single_blas_thread
 from .changed_transfer import changed_transfers, without_changed
+from .detection_limits import detection_limits, limit_words
 from .envelope_lines import Spectrum, envelopes_of
 from .envelope_noise import noise_of_records, not_of_the_fault
 from .evidence import Comparison
@@ -143,7 +144,13 @@ def explained(
     forces, remarks = useful_forces(prepared, posterior)
     gain = measured_gain(machine, prepared, posterior, forces)
     heard = heard_rhythm(rhythms, machine, prepared.envelopes, prepared.measured)
-    return told(machine, prepared, posterior, not_compared, gain, forces, (*withdrawn, *elsewhere, *remarks), heard)
+    remarks = (*withdrawn, *elsewhere, *remarks)
+    answer = told(machine, prepared, posterior, not_compared, gain, forces, remarks, heard)
+    if answer.kind not in ("none", "cannot tell"):
+        return answer
+    tell("finding what would have shown")
+    limits = detection_limits(tuple(screening.atoms), problem)
+    return replace(answer, detection_limits=limits, remarks=(*answer.remarks, *limit_words(limits)))
 
 
 def _competing(

@@ -48,6 +48,10 @@ def as_json(result: GapResult) -> dict[str, Any]:
         "orders": [number(order) for order in measured.orders],
         "lines": [_line(name, kind) for name, kind in zip(names, measured.kinds, strict=True)],
         "not_compared": dict(result.not_compared),
+        "detection_limits": [
+            {"effect": one.effect, "at": one.at, "parameter": one.parameter, "size": number(one.size), "unit": one.unit}
+            for one in result.detection_limits
+        ],
         "remarks": list(result.remarks),
     }
 

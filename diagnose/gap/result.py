@@ -218,6 +218,26 @@ class Score:
     log_held_out: float = math.nan
 
 
+@dataclass(frozen=True)
+class DetectionLimit:
+    """From which size on an effect would have shown.
+
+    Attributes
+    ----------
+    effect, at, parameter, unit : str
+        Its name, part, and the strength that is meant, the others being absent.
+    size : float
+        The strength's distance from its value without the effect. Infinite where no size within three deviations of
+        its prior shows.
+    """
+
+    effect: str
+    at: str
+    parameter: str
+    unit: str
+    size: float
+
+
 @dataclass(frozen=True, eq=False)
 class GapResult:
     """What a simulated machine gets wrong about a measured one, and why.
@@ -265,6 +285,8 @@ class GapResult:
         Channels whose waveform shows a defect that no effect that competes makes.
     form : ModelForm, optional
         What the healthy recordings say that the model lacks; None where that was not looked for.
+    detection_limits : tuple of DetectionLimit
+        For "none" and "cannot tell": what would have shown.
     """
 
     kind: str
@@ -289,3 +311,4 @@ class GapResult:
     scores: Mapping[tuple[str, ...], Score] = field(default_factory=dict)
     flawed: tuple[str, ...] = ()
     form: ModelForm | None = None
+    detection_limits: tuple[DetectionLimit, ...] = ()

@@ -7,6 +7,7 @@ import re
 from collections.abc import Sequence
 
 from ...simulators.effect import effect_catalogue
+from ..gap.detection_limits import SHOWN, size_words
 from ..gap.result import Cause, GapResult, ResidualLine
 from ..gap.words import (
     amplitude_words,
@@ -202,6 +203,25 @@ def left_out_block(result: GapResult) -> str:
     if not items:
         return "<p>Every effect of the catalogue that can act on this machine competed, on every line.</p>"
     return f'<ul class="left-out">{"".join(f"<li>{escape(item)}</li>" for item in items)}</ul>'
+
+
+def limits_block(result: GapResult) -> str:
+    """Return from which size on each effect would have shown, folded away; an empty text where that was not asked."""
+    if not result.detection_limits:
+        return ""
+    rows = [
+        f'<tr><th scope="row">{escape(one.effect.replace("_", " "))}</th><td>{escape(one.at)}</td>'
+        f"<td>{escape(parameter_label(one.parameter, one.unit))}</td>"
+        f"<td>{printed(size_words(one)) if math.isfinite(one.size) else 'none'}</td></tr>"
+        for one in result.detection_limits
+    ]
+    table = sortable_table(
+        ("Effect", "Part", "Strength", "Shows from"),
+        rows,
+        caption=f"Acting alone, d2 {SHOWN:g}; none: within three deviations of its prior",
+        css="gap-table",
+    )
+    return f'<details class="fold"><summary>What would have shown</summary>{table}</details>'
 
 
 def calibration_block(result: GapResult) -> str:

@@ -17,6 +17,7 @@ from .gap_blocks import (
     extended_block,
     gain_block,
     left_out_block,
+    limits_block,
     printed,
     residual_table,
     warnings_block,
@@ -72,7 +73,8 @@ def render_gap(result: GapResult, *, title: str = "", notes: Sequence[str] = ())
         f"<section><h2>Candidates</h2>{candidates_block(result)}<h2>Gain</h2>{gain_block(result)}</section></div>"
         f"<section><h2>Measured and simulated</h2>{gap_figures(result)}</section>"
         f"<section><h2>Largest residuals</h2>{residual_table(result)}</section>"
-        f"<section><h2>What was not compared, and why</h2>{left_out_block(result)}</section>"
+        f"<section><h2>What was not compared, and why</h2>{left_out_block(result)}"
+        f"{limits_block(result)}</section>"
         f"<section><h2>The machine</h2>{calibration_block(result)}{extended_block(result)}</section></article></main>"
     )
     data = f'<script type="application/json" id="data-gap">{to_json(gap_payload(result))}</script>'
