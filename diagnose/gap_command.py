@@ -69,6 +69,7 @@ Output = Annotated[
     Path | None, option("--output", "-o", value="FILE.toml", text="Write the extended machine here; it simulates.")
 ]
 AsJson = Annotated[bool, option("--json", text="Print JSON.")]
+Check = Annotated[bool, option("--check", text="Only read: print speeds, loads and which channel is which probe.")]
 Force = Annotated[bool, option("--force", text="Replace an earlier report or extended machine.")]
 
 
@@ -108,6 +109,7 @@ def gap(
     as_given: AsGiven = False,
     report: options.Report = None,
     output: Output = None,
+    check: Check = False,
     as_json: AsJson = False,
     force: Force = False,
 ) -> None:
@@ -130,7 +132,10 @@ def gap(
         )
     except RotorwiseError as problem:
         raise _leave(problem, _USAGE) from None
-    taken, _ = run(work, machine, report=report, output=output, as_json=as_json, force=force)
+    if check:
+        taken = _checked(work, as_json=as_json)
+    else:
+        taken, _ = run(work, machine, report=report, output=output, as_json=as_json, force=force)
     if taken.unreadable:
         raise typer.Exit(_FILE_FAILED)
 
@@ -192,27 +197,49 @@ def _check_places(work: Work, report: Path | None, output: Path | None, machine:
         check_extended_place(output, force=force, recordings=recordings, machine=machine)
 
 
-def _worked(work: Work) -> tuple[ReadCampaign, GapResult]:
-    from .gap.campaign import read_campaign
+def _checked(work: Work, *, as_json: bool) -> ReadCampaign:
+    """Read the files, print what was understood of them, and explain nothing."""
+    from .gap.campaign_table import campaign_data, show_campaign
 
     with _progress() as tell:
-        try:
-            taken = read_campaign(
-                work.sources,
-                work.machine,
-                metadata=work.metadata,
-                sidecar=work.sidecar,
-                probes=work.probes,
-                loads=work.loads,
-                tell=tell,
-            )
-        except RotorwiseError as problem:
-            raise _leave(problem, _USAGE if isinstance(problem, InvalidValueError) else _FILE_FAILED) from None
-        for message in taken.unreadable:
-            print(f"rotorwise: {message}", file=sys.stderr)
-        from ..simulators.solvers.blas import single_blas_thread
-        from .gap import explain
+        taken = _read(work, tell)
+    if as_json:
+        print(json.dumps(campaign_data(taken), indent=2))
+        return taken
+    from rich.console import Console
 
+    show_campaign(taken, Console(highlight=False))
+    return taken
+
+
+def _read(work: Work, tell: Callable[[str], None]) -> ReadCampaign:
+    from .gap.campaign import read_campaign
+
+    try:
+        taken = read_campaign(
+            work.sources,
+            work.machine,
+            metadata=work.metadata,
+            sidecar=work.sidecar,
+            probes=work.probes,
+            loads=work.loads,
+            tell=tell,
+        )
+    except RotorwiseError as problem:
+        raise _leave(problem, _USAGE if isinstance(problem, InvalidValueError) else _FILE_FAILED) from None
+    for message in taken.unreadable:
+        print(f"rotorwise: left out: {message}", file=sys.stderr)
+    return taken
+
+
+def _worked(work: Work) -> tuple[ReadCampaign, GapResult]:
+    from ..simulators.solvers.blas import single_blas_thread
+    from .gap import explain
+    from .gap.campaign_table import read_words
+
+    with _progress() as tell:
+        taken = _read(work, tell)
+        print(f"rotorwise: {read_words(taken)}", file=sys.stderr, flush=True)
         try:
             explained = single_blas_thread(explain.explain_gap)
             options = {"without": work.without, "as_given": work.as_given}

@@ -23,12 +23,14 @@ SUFFIXES = (".uff", ".unv", ".uf")
 
 _MARK = b"    -1"
 _TIME_RESPONSE = (0, 1)  # function type: general or unknown, time response
+_NODE = "node "
 _DIRECTIONS = {0: "", 1: "+X", -1: "-X", 2: "+Y", -2: "-Y", 3: "+Z", -3: "-Z"}
 
 
 @dataclass(frozen=True)
 class _DataSet:
     name: str
+    description: str
     unit: str | None
     points: int
     promised: int
@@ -72,7 +74,7 @@ def read(path: Path, *, start: int = 0, stop: int | None = None) -> FileContent:
             and shortest == 0
         ):
             usable = [one for one in usable if one.points == one.promised] or usable
-        names = unique_names([one.name for one in usable])
+        names = unique_names(_names(usable))
         series = [
             StoredSeries(name, one.points, _loader(handle, one), one.unit, 1.0 / one.step_s)
             for name, one in zip(names, usable, strict=True)
@@ -143,7 +145,9 @@ def _data_set(handle: BinaryIO, kind: bytes, size: int) -> _DataSet:
     else:
         points = min(promised, _count_text(handle, 20 if data_type in (4, 6) else 13))
     unit_text = None if unit in ("", "NONE") else unit
-    return _DataSet(_name(records), unit_text, points, promised, step, offset, binary, dtype, refusal)
+    return _DataSet(
+        _name(records), _said(records[0]), unit_text, points, promised, step, offset, binary, dtype, refusal
+    )
 
 
 def _name(records: list[str]) -> str:
@@ -151,8 +155,19 @@ def _name(records: list[str]) -> str:
     if entity and entity != "NONE":
         return entity
     if node not in ("", "0"):
-        return f"node {node}{_DIRECTIONS.get(int(direction or 0), '')}"
-    return records[0].strip() if records[0].strip() not in ("", "NONE") else "channel"
+        return f"{_NODE}{node}{_DIRECTIONS.get(int(direction or 0), '')}"
+    return _said(records[0]) or "channel"
+
+
+def _said(text: str) -> str:
+    return text.strip() if text.strip() != "NONE" else ""
+
+
+def _names(usable: list[_DataSet]) -> list[str]:
+    """Return the channels' names: record 1, where all else are numbers of nodes and it differs for each."""
+    said = [one.description for one in usable]
+    numbered = all(one.name.startswith(_NODE) for one in usable)
+    return said if numbered and all(said) and len(set(said)) == len(said) else [one.name for one in usable]
 
 
 def _count_text(handle: BinaryIO, width: int) -> int:

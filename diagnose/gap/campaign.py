@@ -7,7 +7,7 @@ that cannot be read are left out and told of; what contradicts the machine stops
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 
@@ -47,12 +47,15 @@ class ReadCampaign:
         What was left out and why, and what was assumed.
     unreadable : tuple of str
         One message a file that could not be read or compared.
+    channels : mapping of str to str
+        The channel, as it is called in the first recording that can be used, by probe.
     """
 
     campaign: Campaign
     probes: tuple[str, ...]
     notes: tuple[str, ...] = ()
     unreadable: tuple[str, ...] = ()
+    channels: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -163,9 +166,10 @@ def read_campaign(
         tuple(ready[path] for path in sources.baseline if path in ready),
         name=_name(sources),
     )
-    return ReadCampaign(
-        campaign, shared, (*_notes(sources, kept, shared, machine), *_shortened(doubts)), tuple(unreadable)
-    )
+    notes = (*_notes(sources, kept, shared, machine), *_shortened(doubts))
+    first, matched = next(iter(kept.values()))
+    channels = {name: first.channels[i].name for i, name in matched.probes.items() if name in shared}
+    return ReadCampaign(campaign, shared, notes, tuple(unreadable), channels)
 
 
 def parse_loads(texts: Sequence[str], machine: Machine) -> dict[str, float]:

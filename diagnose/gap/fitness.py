@@ -77,22 +77,31 @@ def _speed(recording: Recording, kept: dict[int, str], name: str) -> SpeedEstima
         speed = observe(recording.select(list(kept))).speed
     except RotorwiseError as problem:
         raise UnfitRecordingError(f"{name}: {problem}") from None
-    stated = recording.condition.speed_rpm
+    stated, lacking = recording.condition.speed_rpm, _no_pulses(recording)
     if speed is None or speed.confidence < _needed(speed, stated):
         is_seen = speed is not None and speed.method != "hint only"
         guess = f" ({speed.speed_rpm:.1f} rpm with {speed.confidence:.0%} confidence)" if speed and is_seen else ""
         if stated:
             raise UnfitRecordingError(
-                f"{name}: no tacho, and the vibration does not surely show the shaft's speed near the {stated:.0f} rpm "
-                f"that are stated{guess}; allowed: a line there with a confidence of {TRUSTED_NEAR_HINT:.0%}, "
-                f"of {TRUSTED_AT_HINT:.0%} within {AT_HINT:.1%}. Name the tacho channel with --tacho, correct the "
-                "speed, or leave the recording out."
+                f"{name}: {lacking}, and the vibration does not surely show the shaft's speed near the "
+                f"{stated:.0f} rpm that are stated{guess}; allowed: a line there with a confidence of "
+                f"{TRUSTED_NEAR_HINT:.0%}, of {TRUSTED_AT_HINT:.0%} within {AT_HINT:.1%}. Name the tacho channel "
+                "with --tacho, correct the speed, or leave the recording out."
             )
         raise UnfitRecordingError(
-            f"{name}: no tacho, and the vibration does not show the shaft's speed{guess}; allowed: a known speed. Name "
-            "the tacho channel with --tacho, or give the speed with --speed or in recording.toml."
+            f"{name}: {lacking}, and the vibration does not show the shaft's speed{guess}; allowed: a shaft that "
+            "turns at a known speed. Name the tacho channel with --tacho, give the speed with --speed or in "
+            "recording.toml, or leave the recording out."
         )
     return speed
+
+
+def _no_pulses(recording: Recording) -> str:
+    """Return why no tacho tells the speed."""
+    silent = [one.name for one in recording.channels if one.quantity == "tacho"]
+    if not silent:
+        return "no tacho"
+    return f"tacho {', '.join(silent)} shows no pulses (the shaft stands still, or the pick-up is dead)"
 
 
 def _needed(speed: SpeedEstimate, stated_rpm: float | None) -> float:

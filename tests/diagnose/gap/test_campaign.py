@@ -228,7 +228,7 @@ X, Y = Channel("path_1", "displacement"), Channel("path_2", "displacement")
 def test_a_speed_that_nothing_shows_is_not_guessed() -> None:
     """A single tone fits many speeds; a comb of lines near the stated speed, or a tacho, leaves no doubt."""
     tone = np.cos(2 * np.pi * 25 * TIME)
-    with pytest.raises(UnfitRecordingError, match=r"--tacho, or give the speed"):
+    with pytest.raises(UnfitRecordingError, match=r"--tacho, give the speed"):
         fitted(tone[None], X)
     assert fitted(np.array([tone, PULSES]), X, TACHO)[2] == []
     noise = 0.01 * np.random.default_rng(0).normal(size=TIME.size)

@@ -1,0 +1,87 @@
+"""What was understood of a campaign's files: speed, load, length of each, and which channel is which probe."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ...datasets.recording import Recording
+from ..terminal import escape
+from .campaign import ReadCampaign
+from .observe import shaft_speed_rpm
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+HEALTHY, EXPLAINED = "healthy", "to explain"
+
+
+def campaign_data(taken: ReadCampaign) -> dict[str, Any]:
+    """Return what was understood, as JSON types."""
+    sets = ((EXPLAINED, taken.campaign.recordings), (HEALTHY, taken.campaign.baseline))
+    return {
+        "channels": dict(taken.channels),
+        "recordings": [_row(one, role) for role, recordings in sets for one in recordings],
+        "notes": list(taken.notes),
+        "unreadable": list(taken.unreadable),
+    }
+
+
+def _row(one: Recording, role: str) -> dict[str, Any]:
+    pulses = any(channel.quantity == "tacho" for channel in one.channels)
+    return {
+        "file": Path(one.provenance.path or "").name,
+        "role": role,
+        "speed_rpm": shaft_speed_rpm(one),
+        "speed_from": f"tacho, {one.pulses_per_revolution:g} a turn" if pulses else "vibration",
+        "load": one.condition.load,
+        "load_unit": one.condition.load_unit,
+        "duration_s": one.duration_s,
+        "rate_hz": one.rate_hz,
+    }
+
+
+def show_campaign(taken: ReadCampaign, console: Console) -> None:
+    """Print the recordings, the channels, and what was left out; in 80 columns."""
+    from rich.table import Table
+
+    data = campaign_data(taken)
+    table = Table(box=None, padding=(0, 2, 0, 0), show_edge=False)
+    table.add_column("file", overflow="fold")
+    for head in ("", "rpm", "from", "load", "s", "Hz"):
+        table.add_column(head, justify="left" if head in ("", "from") else "right")
+    for one in data["recordings"]:
+        load = "" if one["load"] is None else f"{one['load']:g} {one['load_unit'] or ''}".rstrip()
+        table.add_row(
+            escape(one["file"]),
+            one["role"],
+            f"{one['speed_rpm']:.1f}",
+            one["speed_from"],
+            load,
+            f"{one['duration_s']:.4g}",
+            f"{one['rate_hz']:.6g}",
+        )
+    console.print(table)
+    console.print(f"channels: {escape(channel_words(taken))}")
+    for note in data["notes"]:
+        console.print(f"[dim]- {escape(note)}[/]")
+
+
+def channel_words(taken: ReadCampaign) -> str:
+    """Return which channel is which probe."""
+    return ", ".join(f"{channel} is {probe}" for probe, channel in taken.channels.items())
+
+
+def read_words(taken: ReadCampaign) -> str:
+    """Return one sentence: how many recordings at which speeds, and which channel is which probe."""
+    counts = [_counted(taken.campaign.recordings, "recording")]
+    if taken.campaign.baseline:
+        counts.append(_counted(taken.campaign.baseline, "healthy one"))
+    return f"{'; '.join(counts)}; {channel_words(taken)}"
+
+
+def _counted(recordings: Sequence[Recording], what: str) -> str:
+    speeds = sorted(shaft_speed_rpm(one) for one in recordings)
+    where = f"{speeds[0]:.0f}" if len(speeds) == 1 else f"{speeds[0]:.0f} to {speeds[-1]:.0f}"
+    return f"{len(recordings)} {what}{'s' if len(recordings) > 1 else ''} at {where} rpm"
