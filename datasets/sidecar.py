@@ -8,8 +8,8 @@ Looked for, the first found counts: the path given explicitly; ``FILE.toml`` bes
     [recording]                    # holds for every file
     rate_hz = 25600.0              # sampling rate, when the file has none or a wrong one
     unit = "g"                     # for all channels but the tacho; or units = ["g", "g", "V"], one a channel
-    sensitivity = "100 mV/g"       # for channels in volts; or sensitivities = [...]. Samples of a WAV file are shares of
-                                   # the recorder's range: divide by its volts, "10 mV/g" for 100 mV/g at 10 V
+    sensitivity = "100 mV/g"       # for channels in volts; or sensitivities = [...]. A WAV file holds shares of the
+                                   # recorder's range: divide by its volts, "10 mV/g" for 100 mV/g at 10 V
     channel_names = ["X", "Y"]     # also directions = [...], locations = [...]: one for all or one a channel
     skip = ["spare", 4]            # channels to leave out, by name or number from 1
     tacho = "keyphasor"            # channel with speed pulses, by name or number from 1

@@ -16,6 +16,8 @@ from ...datasets.recording import Recording
 from .phase_wander import OTHERS
 from .words import joined_words
 
+#: Records of a channel whose speeds a remark names.
+MOST_NAMED = 4
 #: Samples of the running median, and what a spike stands out of it at least, in standard deviations of what others do.
 MEDIAN_OF, STANDS_OUT = 9, 12.0
 #: And in those of the whole channel.
@@ -28,6 +30,8 @@ LONGEST, ENDS = 6, 3
 AROUND, QUIET = 40, 0.25
 #: Spikes a record, at most: more are no accident.
 MOST = 20
+#: Samples from the beginning in which a recorder's filter may still settle: no contact is loose for that.
+SETTLES = 10
 #: Another channel that moves by so many of its own standard deviations at the time heard it, too.
 HEARD = 5.0
 
@@ -53,7 +57,9 @@ def without_spikes(recordings: Sequence[Recording]) -> tuple[tuple[Recording, ..
                 continue
             signals = one.signals.copy() if signals is None else signals
             signals[row] = _bridged(signals[row], spikes)
-            said.append(Spikes(one.channels[row].name, one.condition.speed_rpm, len(spikes)))
+            count = sum(first >= SETTLES for first, _ in spikes)
+            if count:
+                said.append(Spikes(one.channels[row].name, one.condition.speed_rpm, count))
         found.append(one if signals is None else replace(one, signals=signals))
     return tuple(found), tuple(said)
 
@@ -62,11 +68,23 @@ def spikes_words(found: Sequence[Spikes]) -> tuple[str, ...]:
     """Return a remark on the spikes that were taken out; nothing without any."""
     if not found:
         return ()
-    where = [f"{one.count} of {one.channel}{f' at {one.speed_rpm:.0f} rpm' if one.speed_rpm else ''}" for one in found]
+    where = [
+        _counted(name, [one for one in found if one.channel == name])
+        for name in dict.fromkeys(one.channel for one in found)
+    ]
     return (
         f"Spikes of a few samples that no other channel shows were taken out: {joined_words(where)}. Look for a loose "
         "plug or cable.",
     )
+
+
+def _counted(name: str, found: Sequence[Spikes]) -> str:
+    """Return how many a channel had, and where: "2 of path_1 at 1500 rpm", "12 of path_1 in 9 records"."""
+    speeds = [f"{one.speed_rpm:.0f}" for one in found if one.speed_rpm]
+    whole = f"{sum(one.count for one in found)} of {name}"
+    if len(found) > MOST_NAMED:
+        return f"{whole} in {len(found)} records"
+    return f"{whole} at {joined_words(speeds)} rpm" if len(speeds) == len(found) else whole
 
 
 def _jumps(signals: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from rotorwise.datasets.recording import Channel, OperatingCondition, Recording
-from rotorwise.diagnose.gap.loose_contact import MOST, spikes_words, without_spikes
+from rotorwise.diagnose.gap.loose_contact import MOST, Spikes, spikes_words, without_spikes
 from rotorwise.diagnose.gap.unsteady import unsteady
 
 RATE_HZ, SAMPLES, SPEED_RPM = 8000.0, 32_000, 1500.0
@@ -81,3 +81,16 @@ def test_a_shock_that_both_channels_hear_stays_and_a_single_channel_has_no_witne
     alone = with_added(record(), spiky()).select([0, 2])
     assert without_spikes([alone]) == ((alone,), ())
     assert spikes_words(()) == ()
+
+
+def test_many_records_of_a_channel_are_one_remark() -> None:
+    (words,) = spikes_words([Spikes("a", 100.0 * k, 1) for k in range(1, 10)] + [Spikes("b", None, 2)])
+    assert "taken out: 9 of a in 9 records and 2 of b." in words
+
+
+def test_a_filter_that_settles_is_no_loose_contact() -> None:
+    added = np.zeros(SAMPLES)
+    added[1:3] = (15.0, -9.0)
+    (mended,), said = without_spikes([with_added(record(), added)])
+    assert np.abs(mended.signals[0] - record().signals[0]).max() < 1.0
+    assert not said
