@@ -39,6 +39,7 @@ from .screening import Screening, telling_conditions
 from .search import search
 from .shown_lines import may_show, standing_out
 from .size_scale import knees_of, on_scale
+from .slow_sway import slow_sways
 from .struck_rhythm import not_heard, of_a_rhythm
 from .unsteady import unsteady
 from .verdict import told
@@ -238,7 +239,10 @@ def prepare(
         healthy, own = healthy and on_scale(healthy, knees), own and replace(own, knees=knees)
     found = put_together(machine, measured, predictor, healthy, own, as_given=as_given, tell=tell)
     found = replace(found, waveform=waveform, flawed=flawed, found_lines=further, envelopes=envelopes)
-    return replace(found, mended=put_back is not None, unsteady=restless, transfers=changed, spikes=spikes)
+    told = (*seen.get("dc_drift", ()), *(turning if "speed_wander" in seen else ()))
+    sways = slow_sways(campaign.recordings, campaign.baseline, [one for one in channels if one not in told])
+    found = replace(found, unsteady=restless, transfers=changed, sways=sways, spikes=spikes)
+    return replace(found, mended=put_back is not None)
 
 
 def _without_rhythm(

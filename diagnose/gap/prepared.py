@@ -22,6 +22,7 @@ from .model_error import ERROR_LENGTH_SPEED, ModelError, model_error
 from .model_form import Extended
 from .predict import Predictor, UnpredictableError
 from .pulse_place import turned
+from .slow_sway import Sway
 from .transfer_error import TransferError, learnt, none_of
 from .unsteady import Unsteady
 from .without_healthy import UNSEEN, OnLines, on_lines_to_explain, pulse_doubted
@@ -71,6 +72,8 @@ class Prepared:
         Records that do not repeat as the healthy machine does.
     transfers : tuple of ChangedTransfer
         Channels that see the machine by another way than the healthy records did.
+    sways : tuple of Sway
+        Channels that move more slowly than the records can tell.
     spikes : tuple of Spikes
         Of loose contacts, that were taken out of the recordings, the healthy ones among them.
     """
@@ -95,6 +98,7 @@ class Prepared:
     mended: bool = False
     unsteady: tuple[Unsteady, ...] = ()
     transfers: tuple[ChangedTransfer, ...] = ()
+    sways: tuple[Sway, ...] = ()
     spikes: tuple[Spikes, ...] = ()
 
     def problem(self, chosen: Sequence[int]) -> Problem:

@@ -33,6 +33,7 @@ from .result import Cause, Estimate, Gain, GapResult, ResidualLine, Score
 from .search import Posterior
 from .shown_lines import sigmas
 from .size_scale import from_scale, in_units
+from .slow_sway import sway_words
 from .tuned import SAME, in_band
 from .unsteady import channels_of, unsteady_words
 from .wanted_lines import is_locked
@@ -132,7 +133,7 @@ def _with_flaws(posterior: Posterior, prepared: Prepared) -> tuple[Posterior, tu
     flawed = prepared.flawed
     if not flawed and judged(posterior.probabilities)[0] in ("none", "cannot tell"):
         flawed = channels_of(prepared.unsteady, prepared.waveform)
-        flawed = tuple(dict.fromkeys((*flawed, *(one.channel for one in prepared.transfers))))
+        flawed = tuple(dict.fromkeys((*flawed, *(one.channel for one in (*prepared.transfers, *prepared.sways)))))
     if not flawed:
         return posterior, ()
     return replace(posterior, probabilities=_not_nothing(posterior.probabilities)), flawed
@@ -197,7 +198,7 @@ def _on_records(prepared: Prepared, shown: Mapping[str, tuple[str, ...]], kind: 
     """Return what the records say beside their lines; ``shown`` is told as a cause."""
     said = [_suspicion(name, own) for name, own in prepared.waveform.items() if name not in shown]
     said += unsteady_words(prepared.unsteady) if kind == "unknown" else ()
-    return [*said, *changed_words(prepared.transfers), *spikes_words(prepared.spikes)]
+    return [*said, *changed_words(prepared.transfers), *sway_words(prepared.sways), *spikes_words(prepared.spikes)]
 
 
 def _suspicion(name: str, channels: Sequence[str]) -> str:
