@@ -17,7 +17,7 @@ from .baseline import Baseline, again, shifted, start
 from .boxed_step import boxed_step
 from .coordinates import Coordinate
 from .error_smoothness import length_of
-from .healthy_evidence import evidence, fitted
+from .healthy_evidence import fitted
 from .line_covariance import LineCovariance, line_covariance
 from .lines import OrderLines
 from .model_error import REFERENCE_RPM, ModelError, error_blocks, model_error
@@ -32,8 +32,6 @@ LONGEST = 1.0
 DAMPING, LEAST_DAMPING, HARDER = 1e-2, 1e-5, 6.0
 #: Shares of the gain promised by the slopes, above which the next step is damped less, and below which more.
 AS_PROMISED, SHORT_OF_PROMISED = 0.75, 0.25
-#: Steps after which a calibration that has to reach an evidence is given up, where so many as the last would not do.
-GIVEN_UP_AFTER, TIMES_OVER = 4, 20.0
 #: A step that gains less is the last one.
 LEAST_GAIN = 0.1
 #: As long as the machine misses its lines, these are doubted by as much, and each step by this factor less: slopes of a
@@ -66,17 +64,15 @@ def calibrated(
     added: Sequence[Coordinate] = (),
     *,
     begin: np.ndarray | None = None,
-    least: float = -math.inf,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Baseline:
     """Return the machine with its parameters where the healthy lines put them, linearised there.
 
     Only the healthy conditions are used; ``predictor`` is for those. ``added`` are coordinates of effects that the
     machine is given with, or of its own parameters without a prior; ``begin`` is the position to begin at, else the
-    machine as given. Given up where it will hardly reach the evidence ``least``.
+    machine as given.
     """
-    begun = start(machine, predictor, added, begin=begin, tell=tell)
-    return settled(begun, machine, healthy, predictor, least=least, tell=tell)
+    return settled(start(machine, predictor, added, begin=begin, tell=tell), machine, healthy, predictor, tell=tell)
 
 
 def settled(
@@ -86,7 +82,6 @@ def settled(
     predictor: Predictor,
     *,
     most_steps: int = MOST_STEPS,
-    least: float = -math.inf,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Baseline:
     """Return a linearised machine with its parameters where the healthy lines put them; see `calibrated`."""
@@ -109,14 +104,7 @@ def settled(
             damping = DAMPING
         if doubt == 1.0 and gained < LEAST_GAIN:
             break
-        if count >= GIVEN_UP_AFTER and _is_far(current, healthy, least, TIMES_OVER * gained * doubt):
-            break
     return current
-
-
-def _is_far(current: Baseline, healthy: OrderLines, least: float, hoped: float) -> bool:
-    """Return whether a machine is farther from an evidence that it has to reach than what may be hoped for."""
-    return math.isfinite(least) and evidence(current, healthy) + hoped < least
 
 
 def misfit(current: Baseline, lines: OrderLines, covariance: LineCovariance) -> float:

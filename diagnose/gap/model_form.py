@@ -181,18 +181,11 @@ class _State:
         return [slice(int(a), int(b)) for a, b in itertools.pairwise(ends)]
 
     def changed(
-        self,
-        terms: tuple[Term, ...],
-        healthy: OrderLines,
-        predictor: Predictor,
-        *,
-        afresh: bool = False,
-        least: float = -math.inf,
+        self, terms: tuple[Term, ...], healthy: OrderLines, predictor: Predictor, *, afresh: bool = False
     ) -> _State:
         """Return the state with other terms, calibrated from where this one is, or from the machine as given.
 
-        Parameters that made up for what was lacking may lie beyond a hill from where they belong. Given up where it
-        will hardly reach the evidence ``least``.
+        Parameters that made up for what was lacking may lie beyond a hill from where they belong.
         """
         if not predictor.repeats(self.machine):
             return self._with(terms, healthy, predictor)
@@ -203,8 +196,7 @@ class _State:
         begin = np.concatenate([own[:first], *begin])
         there = replace(self, terms=terms)
         machine, coordinates = there.with_terms()
-        free = (*self.free, *coordinates)
-        return replace(there, current=calibrated(machine, healthy, predictor, free, begin=begin, least=least))
+        return replace(there, current=calibrated(machine, healthy, predictor, (*self.free, *coordinates), begin=begin))
 
     def _with(self, terms: tuple[Term, ...], healthy: OrderLines, predictor: Predictor) -> _State:
         """Return the state with other terms where each slope is a simulation: those that are known have to do."""
@@ -247,15 +239,20 @@ def _pruned(state: _State, healthy: OrderLines, predictor: Predictor, speeds_rpm
     while state.terms:
         runs = state.runs(speeds_rpm) or all(term.effect.NAME in USUAL for term in state.terms)
         kept = needed_terms(state.current, healthy, state.terms, state.parts)
-        least = evidence(state.current, healthy) - sum(price_of(one) for one in state.terms if one not in kept)
-        fewer = state.changed(tuple(kept), healthy, predictor, least=least) if len(kept) < len(state.terms) else None
+        fewer = state.changed(tuple(kept), healthy, predictor) if len(kept) < len(state.terms) else None
         # What slopes say of a term, its calibration need not bear out.
-        if fewer is None or evidence(fewer.current, healthy) < least:
+        if fewer is None or _loses(fewer, state, healthy):
             if runs:
                 break
             fewer = state.changed(_without_weakest(state, healthy), healthy, predictor)
         state = fewer
     return state
+
+
+def _loses(fewer: _State, state: _State, healthy: OrderLines) -> bool:
+    """Return whether a state with fewer terms has lost more evidence than these had to bring."""
+    price = sum(price_of(term) for term in state.terms if term not in fewer.terms)
+    return evidence(fewer.current, healthy) < evidence(state.current, healthy) - price
 
 
 def _without_weakest(state: _State, healthy: OrderLines) -> tuple[Term, ...]:

@@ -17,7 +17,6 @@ from rotorwise.diagnose.gap.calibration import (
     size_error,
 )
 from rotorwise.diagnose.gap.coordinates import coordinates_of
-from rotorwise.diagnose.gap.healthy_evidence import evidence
 from rotorwise.diagnose.gap.healthy_machine import healthy_machine
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
 from rotorwise.diagnose.gap.model_error import ModelError, error_covariance, model_error
@@ -316,29 +315,3 @@ def test_where_the_motion_does_not_repeat_the_last_steps_are_simulated():
     assert found.lines == pytest.approx(predictor.amplitudes(found.machine))
     predictor.repeating = True
     assert settled_further(current, healthy, predictor) is current
-
-
-def test_a_calibration_that_cannot_reach_what_it_has_to_is_given_up(monkeypatch):
-    machine, full = find_machine("test_rig"), _predictor("test_rig")
-    predictor = replace(full, probes=("housing_a_x", "housing_b_x", "housing_b_y"), conditions=CONDITIONS_OF_RIG)
-    given = start(machine, predictor)
-    truth = given.given + np.random.default_rng(2).uniform(-0.8, 0.8, given.given.size)
-    lines = linearised(machine, given.coordinates, truth, given.given, given.active, predictor).lines
-    healthy = OrderLines(predictor.conditions, predictor.probes, ORDERS, lines, 0.005 * np.abs(lines) + 1e-4)
-    able, calls = calibration.again, []
-
-    def counted(*arguments):
-        calls.append(1)
-        return able(*arguments)
-
-    monkeypatch.setattr(calibration, "again", counted)
-    whole = calibrated(machine, healthy, predictor)
-    worth, all_calls = evidence(whole, healthy), len(calls)
-    assert all_calls > calibration.GIVEN_UP_AFTER + 1
-    calls.clear()
-    # Where it gets there, asking for as much changes nothing.
-    same = calibrated(machine, healthy, predictor, least=worth - 1.0)
-    assert (evidence(same, healthy), len(calls)) == (worth, all_calls)
-    calls.clear()
-    calibrated(machine, healthy, predictor, least=worth + 1e9)
-    assert len(calls) == calibration.GIVEN_UP_AFTER + 1
