@@ -118,6 +118,10 @@ def gap(
     What a file lacks comes from these options or from a recording.toml beside it.
     """
     try:
+        if check and (report or output):
+            raise InvalidValueError(
+                f"--check only reads; allowed: no {'--report' if report else '--output'} beside it. Leave it out."
+            )
         record = options.record_metadata(rate, speed, tacho, pulses_per_revolution)
         channels = options.channel_metadata(unit, sensitivity, channel_name, direction, skip)
         work = Work(
@@ -324,7 +328,8 @@ def _write(
 
             recordings, healthy = (_paths(one) for one in (taken.campaign.recordings, taken.campaign.baseline))
             write_extended(result, output, force=force, recordings=recordings, healthy=healthy, notes=taken.notes)
-            print(f"extended machine: {output}", file=to)
+            what = "extended machine" if result.causes or result.empirical else "calibrated machine, nothing added"
+            print(f"{what}: {output}", file=to)
         if report is not None:
             from .report.gap_page import write_gap_page
 

@@ -36,6 +36,8 @@ def machines(name: Name = None, preset: Preset = "", as_toml: AsToml = False, as
             f"{'--toml' if as_toml else '--preset'} without a machine; allowed: {', '.join(machine_catalogue())}. "
             "Name one of them."
         )
+    if as_toml and as_json:
+        raise InvalidValueError("--toml and --json; allowed: one of them. Leave one out.")
     chosen = [parse_machine(name, preset=preset, settings=(), load=None)] if name else [*machine_catalogue().values()]
     if as_toml:
         print(file_text(chosen[0]), end="")

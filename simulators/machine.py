@@ -225,7 +225,7 @@ def machine_from_toml(source: str | Path) -> Machine:
     """
     where = f"Machine file {source}" if isinstance(source, Path) else "Machine text"
     try:
-        content = tomllib.loads(source.read_text(encoding="utf-8") if isinstance(source, Path) else source)
+        content = tomllib.loads(source.read_text(encoding="utf-8-sig") if isinstance(source, Path) else source)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InvalidValueError(f"{where} is not valid TOML: {error}. Correct it at that place.") from None
     except OSError as error:
@@ -239,6 +239,8 @@ def machine_from_toml(source: str | Path) -> Machine:
     parameters, effects = content.get("parameters", {}), content.get("effects", [])
     if not isinstance(parameters, dict) or not isinstance(effects, list):
         raise InvalidValueError(f"{where}: allowed: a table [parameters] and tables [[effects]]. Correct the headings.")
+    if "machine" not in content:
+        raise InvalidValueError(f'{where} names no machine; allowed: machine = "test_rig", ... Write it at its top.')
     machine = find_machine(_text(where, content, "machine", "")).preset(_text(where, content, "preset", "plausible"))
     return machine.with_parameters(**parameters).with_effects(*(_effect(where, entry) for entry in effects))
 

@@ -19,7 +19,8 @@ from ...datasets.sidecar import FOLDER_SIDECAR, find_sidecar
 from ...simulators.errors import InvalidValueError
 from ...simulators.machine import Machine
 from ...simulators.parameter import Parameter
-from .channels import Matched, as_probes, match_channels, parse_probes
+from ..signal.speed import speed_from_tacho
+from .channels import SAME_WAY, Matched, as_probes, match_channels, parse_probes
 from .fitness import UnfitRecordingError, fit
 
 BASELINE_FOLDER = "baseline"
@@ -27,6 +28,8 @@ BASELINE_FOLDER = "baseline"
 MOST_SAMPLES = 4_000_000
 #: Units of a load, as they are compared, with how many of the machine's one of the file's is.
 UNITS_OF_LOAD = {("lb", "kg"): 0.45359237, ("lbf", "kg"): 0.45359237, ("kn", "n"): 1e3, ("knm", "nm"): 1e3}
+#: Why a probe is left out that only some recordings have.
+NOT_IN_ALL = "it cannot be used in every recording"
 #: Defects of the data that are told one by one.
 MOST_DOUBTS = 12
 
@@ -96,6 +99,11 @@ def find_sources(paths: Sequence[Path], *, baseline: Sequence[Path] = ()) -> Sou
     known, other = find_recordings(healthy)
     reference = {one.resolve() for one in known}
     recordings = tuple(dict.fromkeys(one for one in found if one.resolve() not in reference))
+    if found and not recordings:
+        raise InvalidValueError(
+            f"All recordings of {', '.join(map(str, paths))} are named as healthy ones as well; allowed: others to "
+            "explain. Correct --baseline."
+        )
     if not recordings:
         raise InvalidValueError(
             f"No recording to explain in {', '.join(map(str, paths))}; allowed: files that a reader knows. Healthy "
@@ -289,7 +297,9 @@ def _notes(
     left: dict[tuple[str, str], int] = {}
     for recording, matched in kept.values():
         reasons = {name: why for name, why in matched.left.items()}
-        reasons |= {name: "other recordings lack it" for name in matched.probes.values() if name not in shared}
+        reasons |= {
+            name: "it cannot be used in every recording" for name in matched.probes.values() if name not in shared
+        }
         for item in reasons.items():
             left[item] = left.get(item, 0) + 1
         total = recording.provenance.total_samples
@@ -305,6 +315,7 @@ def _notes(
             f"Load not known in {len(silent)} of {len(kept)} recordings: the machine's own "
             f"{machine.values[parameter.name]:g} {parameter.unit} is taken (--load says it)."
         )
+    notes += _turned(kept, machine)
     unpaced = [path.name for path, (recording, _) in kept.items() if not _is_phased(recording)]
     if unpaced:
         notes.append(
@@ -314,13 +325,33 @@ def _notes(
     return notes
 
 
+def _turned(kept: Mapping[Path, tuple[Recording, Matched]], machine: Machine) -> list[str]:
+    """Return notes on channels that the recordings say point elsewhere than their probes do."""
+    ways = {probe.name: probe.direction for probe in machine.bare_assembly().probes}
+    found = {}
+    for recording, matched in kept.values():
+        for i, name in matched.probes.items():
+            one = recording.channels[i]
+            said = SAME_WAY.get(one.direction or "", one.direction)
+            if said in ("x", "y", "axial") and ways[name] in ("x", "y", "axial") and said != ways[name]:
+                found[one.name, name] = f"{one.direction}, and probe {name} along {ways[name]}"
+    return [f"Channel {own} is {words}. Check --probe." for (own, _), words in found.items()]
+
+
 def _shortened(doubts: Sequence[str]) -> list[str]:
     more = len(doubts) - MOST_DOUBTS
     return [*doubts[:MOST_DOUBTS], f"{more} more defects of the data; analyse tells them."] if more > 0 else [*doubts]
 
 
 def _is_phased(recording: Recording) -> bool:
-    return recording.pulses_per_revolution == 1 and any(one.quantity == "tacho" for one in recording.channels)
+    return recording.pulses_per_revolution == 1 and has_pulses(recording)
+
+
+def has_pulses(recording: Recording) -> bool:
+    """Return whether a tacho channel shows pulses."""
+    how = {"rate_hz": recording.rate_hz, "pulses_per_revolution": recording.pulses_per_revolution}
+    pairs = zip(recording.signals, recording.channels, strict=True)
+    return any(one.quantity == "tacho" and speed_from_tacho(signal, **how) is not None for signal, one in pairs)
 
 
 def _times(count: int, whole: int) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...datasets.recording import Recording
 from ..terminal import escape
-from .campaign import ReadCampaign
+from .campaign import ReadCampaign, has_pulses
 from .observe import shaft_speed_rpm
 
 if TYPE_CHECKING:
@@ -29,12 +29,11 @@ def campaign_data(taken: ReadCampaign) -> dict[str, Any]:
 
 
 def _row(one: Recording, role: str) -> dict[str, Any]:
-    pulses = any(channel.quantity == "tacho" for channel in one.channels)
     return {
         "file": Path(one.provenance.path or "").name,
         "role": role,
         "speed_rpm": shaft_speed_rpm(one),
-        "speed_from": f"tacho, {one.pulses_per_revolution:g} a turn" if pulses else "vibration",
+        "speed_from": f"tacho, {one.pulses_per_revolution:g} a turn" if has_pulses(one) else "vibration",
         "load": one.condition.load,
         "load_unit": one.condition.load_unit,
         "duration_s": one.duration_s,

@@ -15,7 +15,7 @@ from ...simulators.assembly import Probe
 from ...simulators.errors import InvalidValueError
 
 #: x is horizontal and y vertical in every machine here.
-_SAME_WAY = {"horizontal": "x", "vertical": "y"}
+SAME_WAY = {"horizontal": "x", "vertical": "y"}
 
 
 @dataclass(frozen=True)
@@ -154,7 +154,7 @@ def _alone(
 
 
 def _same_way(channel: Channel, probe: Probe) -> bool:
-    way = _SAME_WAY.get(channel.direction or "", channel.direction)
+    way = SAME_WAY.get(channel.direction or "", channel.direction)
     return way == probe.direction and channel.quantity is not None and channel.quantity == probe_quantity(probe)
 
 

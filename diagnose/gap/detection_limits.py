@@ -88,25 +88,28 @@ class _Shown:
 def limit_words(limits: Sequence[DetectionLimit]) -> list[str]:
     """Return remarks on the effects on the machine: from which size on each would have shown, and which show nowhere.
 
-    Of each effect the strength that is declared first, at the part where it shows last.
+    Of each effect the first of its strengths that shows, at the part where it shows last.
     """
     catalogue = effect_catalogue()
     own = [one for one in limits if catalogue[one.effect].STAGE != "sensor"]
     shown, never = [], []
     for name in dict.fromkeys(one.effect for one in own):
-        first = next(one.parameter for one in own if one.effect == name)
-        parts = [one for one in own if (one.effect, one.parameter) == (name, first)]
-        hidden = [one for one in parts if math.isinf(one.size)]
+        every = [one for one in own if one.effect == name]
+        able = [one for one in every if math.isfinite(one.size)]
         spaced = name.replace("_", " ")
-        if len(hidden) < len(parts):
-            last = max((one for one in parts if one not in hidden), key=lambda one: one.size)
-            shown.append(f"{spaced}, {parameter_label(first, last.unit)} {size_words(last)}")
-            never += [f"{spaced} at {one.at}" for one in hidden]
-        else:
+        if not able:
             never.append(spaced)
+            continue
+        last = max((one for one in able if one.parameter == able[0].parameter), key=lambda one: one.size)
+        at = f" at {last.at}" if last.at else ""
+        shown.append(f"{spaced}{at}, {parameter_label(last.parameter, last.unit)} {size_words(last)}")
+        seen = {one.at for one in able}
+        never += [f"{spaced} at {part}" for part in dict.fromkeys(one.at for one in every) if part not in seen]
     words = []
     if shown:
-        words.append(f"From these sizes on they would have shown: {'; '.join(shown)}.")
+        words.append(
+            f"From these sizes on they would have shown (all parts and strengths: report): {'; '.join(shown)}."
+        )
     if never:
         words.append(f"Too weak in these recordings to show at any likely size: {', '.join(never)}.")
     return words

@@ -218,7 +218,8 @@ def limits_block(result: GapResult) -> str:
     table = sortable_table(
         ("Effect", "Part", "Strength", "Shows from"),
         rows,
-        caption=f"Acting alone, d2 {SHOWN:g}; none: within three deviations of its prior",
+        caption=f"Each strength alone. Shows: all lines together change by {SHOWN**0.5:g} standard deviations of what "
+        "is uncertain. None: at no likely size.",
         css="gap-table",
     )
     return f'<details class="fold"><summary>What would have shown</summary>{table}</details>'

@@ -58,10 +58,21 @@ def test_json_of_all_is_a_list():
     assert [one["name"] for one in json.loads(run("--json").stdout)] == list(CATALOGUE)
 
 
-@pytest.mark.parametrize("arguments", [("amb_roto",), ("--toml",), ("amb_rotor", "--preset", "none")])
+@pytest.mark.parametrize(
+    "arguments", [("amb_roto",), ("--toml",), ("amb_rotor", "--preset", "none"), ("amb_rotor", "--toml", "--json")]
+)
 def test_wrong_use_says_what_is_allowed(arguments):
     answer = run(*arguments)
     assert answer.returncode == 2
     assert answer.stdout == ""
     assert "allowed: " in answer.stderr
     assert "Traceback" not in answer.stderr
+
+
+def test_a_file_with_a_byte_order_mark_is_read_and_one_without_machine_is_named(tmp_path):
+    (tmp_path / "mark.toml").write_text(run("amb_rotor", "--toml").stdout, encoding="utf-8-sig")
+    assert run(str(tmp_path / "mark.toml")).returncode == 0
+    (tmp_path / "none.toml").write_text("format = 1\n", encoding="utf-8")
+    answer = run(str(tmp_path / "none.toml"))
+    assert answer.returncode == 2
+    assert "none.toml names no machine; allowed: machine = " in answer.stderr

@@ -171,7 +171,7 @@ def test_a_named_baseline_replaces_the_sub_folder_and_is_not_explained(folder: P
     sources = find_sources([folder], baseline=[folder / "slow.csv"])
     assert [one.name for one in sources.recordings] == ["fast.csv"]
     assert [one.name for one in sources.baseline] == ["slow.csv"]
-    with pytest.raises(InvalidValueError, match="No recording to explain"):
+    with pytest.raises(InvalidValueError, match="named as healthy ones as well"):
         find_sources([folder / "slow.csv"], baseline=[folder])
 
 
@@ -208,7 +208,7 @@ def test_only_probes_that_all_recordings_have_are_compared(folder: Path, tmp_pat
     taken = read_campaign(find_sources([folder / "slow.csv", tmp_path / "part.csv"]), ROTOR)
     assert taken.probes == ("path_2",)
     assert [[c.name for c in r.channels] for r in taken.campaign.recordings] == [["path_2", "tacho"]] * 2
-    assert "Channel path_1 is not compared: other recordings lack it (1 of 2 recordings)." in taken.notes
+    assert "Channel path_1 is not compared: it cannot be used in every recording (1 of 2 recordings)." in taken.notes
     write_recording(one.select([0, 4]), tmp_path / "else.csv", file_format="csv", notes={}, remarks="", force=True)
     with pytest.raises(InvalidValueError, match="no probe in common"):
         read_campaign(find_sources([tmp_path / "part.csv", tmp_path / "else.csv"]), ROTOR)

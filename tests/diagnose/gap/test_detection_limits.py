@@ -85,7 +85,7 @@ def test_a_sound_machine_tells_its_limits(answer):
     assert answer.kind == "none"
     found = {(one.effect, one.at, one.parameter): one.size for one in answer.detection_limits}
     assert 0 < found["unbalance", "disc", "moment_kg_m"] < 1e-4
-    assert any("they would have shown" in one and "unbalance, moment" in one for one in answer.remarks)
+    assert any("they would have shown" in one and "unbalance at disc, moment" in one for one in answer.remarks)
     rows = as_json(answer)["detection_limits"]
     assert len(rows) == len(answer.detection_limits)
     assert json.loads(json.dumps(rows)) == rows
@@ -105,11 +105,13 @@ def test_what_shows_nowhere_is_said():
         DetectionLimit("unbalance", "disc", "moment_kg_m", "kg.m", 2e-5),
         DetectionLimit("unbalance", "hub", "moment_kg_m", "kg.m", math.inf),
         DetectionLimit("breathing_crack", "shaft", "depth_ratio", "", math.inf),
+        DetectionLimit("coupling_stiffness_harmonics", "coupling", "x_1", "", math.inf),
+        DetectionLimit("coupling_stiffness_harmonics", "coupling", "x_2", "", 0.1),
         DetectionLimit("remounted_sensor", "bearing", "gain_change", "", 0.05),
     ]
     shown, never = limit_words(limits)
-    assert shown == "From these sizes on they would have shown: unbalance, moment 2e-05 kg.m."
+    assert shown.endswith(": unbalance at disc, moment 2e-05 kg.m; coupling stiffness harmonics at coupling, x 2 0.1.")
     assert never == "Too weak in these recordings to show at any likely size: unbalance at hub, breathing crack."
     assert limit_words([]) == []
     data = as_json(replace(made("none"), detection_limits=tuple(limits)))["detection_limits"]
-    assert [one["size"] for one in data] == [2e-5, None, None, 0.05]
+    assert [one["size"] for one in data] == [2e-5, None, None, None, 0.1, 0.05]

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from rotorwise.datasets.reading import read
 from rotorwise.datasets.simulated import record_machine
 from rotorwise.datasets.write import write_recording
 from rotorwise.simulators.machine import find_machine
@@ -73,3 +75,32 @@ def test_wrong_probe_stops_at_once(folder):
     done = run("gap", folder, "--machine", "amb_rotor", "--check", "--probe", "X=path_9")
     assert (done.returncode, done.stdout) == (2, "")
     assert "no probe 'path_9'" in done.stderr
+
+
+def test_check_writes_nothing_and_says_so(folder, tmp_path):
+    for option, name in (("--report", "a.html"), ("--output", "a.toml")):
+        done = run("gap", folder, "--machine", "amb_rotor", "--check", option, tmp_path / name)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert f"--check only reads; allowed: no {option}" in done.stderr
+        assert not (tmp_path / name).exists()
+
+
+def test_a_dead_tacho_beside_a_stated_speed_is_not_called_a_tacho(folder, tmp_path):
+    made = read(folder / "1500.npz")
+    signals = made.signals.copy()
+    signals[[channel.quantity == "tacho" for channel in made.channels]] = 0.0
+    dead = replace(made, signals=signals, condition=replace(made.condition, speed_rpm=1500.0))
+    write_recording(dead, tmp_path / "dead.npz", file_format="npz", notes={}, remarks="", force=False)
+    done = run("gap", tmp_path, "--machine", "amb_rotor", "--check", "--json")
+    data = json.loads(done.stdout)
+    (row,) = data["recordings"]
+    assert row["speed_from"] == "vibration"
+    assert any("phases there do not refer to the shaft" in one for one in data["notes"])
+
+
+def test_channels_that_point_elsewhere_than_their_probes_are_told(folder):
+    swapped = ("--probe", "path_1=path_2", "--probe", "path_2=path_1")
+    notes = json.loads(run("gap", folder, "--machine", "amb_rotor", "--check", "--json", *swapped).stdout)["notes"]
+    assert any("path_1 is horizontal, and probe path_2 along y. Check --probe." in one for one in notes)
+    notes = json.loads(run("gap", folder, "--machine", "amb_rotor", "--check", "--json").stdout)["notes"]
+    assert not any("Check --probe" in one for one in notes)
