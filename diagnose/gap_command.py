@@ -9,7 +9,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -218,6 +218,8 @@ def _checked(work: Work, *, as_json: bool) -> ReadCampaign:
 
 def _read(work: Work, tell: Callable[[str], None]) -> ReadCampaign:
     from .gap.campaign import read_campaign
+    from .gap.observe import shaft_speed_rpm
+    from .gap.stable import unstable_words
 
     try:
         taken = read_campaign(
@@ -233,7 +235,8 @@ def _read(work: Work, tell: Callable[[str], None]) -> ReadCampaign:
         raise _leave(problem, _USAGE if isinstance(problem, InvalidValueError) else _FILE_FAILED) from None
     for message in taken.unreadable:
         print(f"rotorwise: left out: {message}", file=sys.stderr)
-    return taken
+    speeds = [shaft_speed_rpm(one) for one in taken.campaign.recordings]
+    return replace(taken, notes=(*taken.notes, *unstable_words(work.machine, speeds)))
 
 
 def _worked(work: Work) -> tuple[ReadCampaign, GapResult]:

@@ -15,6 +15,8 @@ from ...simulators.solvers.simulate import SimulationError
 STEPS = 16
 #: A run of a machine whose forces are not linear in the motion: how long after it has settled, s and Hz.
 RUN_S, RATE_HZ = 0.1, 200.0
+#: About so many speeds of a campaign are asked.
+MOST_ASKED = 4
 
 
 def is_stable(machine: Machine, speeds_rpm: Sequence[float]) -> bool:
@@ -31,6 +33,17 @@ def is_stable(machine: Machine, speeds_rpm: Sequence[float]) -> bool:
         return False
     except InvalidValueError:
         return all(_stays(machine, one) for one in {min(speeds_rpm), max(speeds_rpm)})
+
+
+def unstable_words(machine: Machine, speeds_rpm: Sequence[float]) -> tuple[str, ...]:
+    """Return a note on a machine that does not run at these speeds; nothing of one that does."""
+    some = sorted(speeds_rpm)[:: max(len(speeds_rpm) // MOST_ASKED, 1)]
+    if is_stable(machine, some):
+        return ()
+    return (
+        f"The machine as given ({machine.name}, preset {machine.preset_name}) does not run stably at these speeds: "
+        "what its simulation lacks means little. Check preset and parameters.",
+    )
 
 
 def _stays(machine: Machine, speed_rpm: float) -> bool:

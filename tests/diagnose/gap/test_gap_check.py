@@ -104,3 +104,10 @@ def test_channels_that_point_elsewhere_than_their_probes_are_told(folder):
     assert any("path_1 is horizontal, and probe path_2 along y. Check --probe." in one for one in notes)
     notes = json.loads(run("gap", folder, "--machine", "amb_rotor", "--check", "--json").stdout)["notes"]
     assert not any("Check --probe" in one for one in notes)
+
+
+def test_a_machine_that_does_not_run_is_told_before_any_search(folder):
+    shown = ("gap", folder, "--machine", "amb_rotor", "--check", "--json")
+    assert not any("stably" in one for one in json.loads(run(*shown).stdout)["notes"])
+    notes = json.loads(run(*shown, "--preset", "as_printed").stdout)["notes"]
+    assert any("preset as_printed) does not run stably at these speeds" in one for one in notes)
