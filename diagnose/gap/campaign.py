@@ -175,9 +175,7 @@ def read_campaign(
         name=_name(sources),
     )
     notes = (*_notes(sources, kept, shared, machine), *_shortened(doubts))
-    first, matched = next(iter(kept.values()))
-    channels = {name: first.channels[i].name for i, name in matched.probes.items() if name in shared}
-    return ReadCampaign(campaign, shared, notes, tuple(unreadable), channels)
+    return ReadCampaign(campaign, shared, notes, tuple(unreadable), _channels_of(kept, shared))
 
 
 def parse_loads(texts: Sequence[str], machine: Machine) -> dict[str, float]:
@@ -257,6 +255,12 @@ def _check_left(sources: Sources, kept: Mapping[Path, object], unreadable: Seque
             f"None of the {len(names)} recordings of the healthy machine can be used; allowed: one or more, or none "
             f"named at all. {' '.join(own[-2:])} Mend them, or take them away."
         )
+
+
+def _channels_of(kept: Mapping[Path, tuple[Recording, Matched]], shared: Sequence[str]) -> dict[str, str]:
+    """Return the channel of each shared probe, as the first recording calls it."""
+    first, matched = next(iter(kept.values()))
+    return {name: first.channels[i].name for i, name in matched.probes.items() if name in shared}
 
 
 def _shared(kept: Mapping[Path, tuple[Recording, Matched]], names: Sequence[str]) -> tuple[str, ...]:

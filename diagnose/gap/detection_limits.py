@@ -22,7 +22,7 @@ from .responses import Responses
 from .result import DetectionLimit, Estimate
 from .words import parameter_label, value_words
 
-#: Of single effects worth this much or more 50 of 55, 60 of 61 and 8 of 9 were named in trials (README, "Trials").
+#: Of single effects worth this much or more 50 of 55, 60 of 61 and 17 of 20 were named in trials (README, "Trials").
 SHOWN = 100.0
 #: The largest size asked, in standard coordinates, halvings of the interval to the smallest, and directions tried.
 LARGEST, HALVINGS, DIRECTIONS = 3.0, 9, 8

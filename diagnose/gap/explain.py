@@ -239,8 +239,8 @@ def prepare(
         healthy, own = healthy and on_scale(healthy, knees), own and replace(own, knees=knees)
     found = put_together(machine, measured, predictor, healthy, own, as_given=as_given, tell=tell)
     found = replace(found, waveform=waveform, flawed=flawed, found_lines=further, envelopes=envelopes)
-    told = (*seen.get("dc_drift", ()), *(turning if "speed_wander" in seen else ()))
-    sways = slow_sways(campaign.recordings, campaign.baseline, [one for one in channels if one not in told])
+    drifting = (*seen.get("dc_drift", ()), *(turning if "speed_wander" in seen else ()))
+    sways = slow_sways(campaign.recordings, campaign.baseline, [one for one in channels if one not in drifting])
     found = replace(found, unsteady=restless, transfers=changed, sways=sways, spikes=spikes)
     return replace(found, mended=put_back is not None)
 
