@@ -13,7 +13,7 @@ from ._channels import Described, describe_channels
 from .errors import InvalidValueError, MissingMetadataError, UnreadableFileError
 from .file_content import FileContent
 from .metadata import Metadata
-from .readers import content_blocks, find_reader, read_content
+from .readers import all_readers, content_blocks, find_reader, read_content
 from .recording import OperatingCondition, Provenance, Recording
 from .sidecar import find_sidecar, read_sidecar
 
@@ -114,8 +114,9 @@ def find_recordings(paths: Paths, *, recursive: bool = False) -> tuple[list[Path
     """Return (recordings, files left out) for files and folders.
 
     A file that is named is a recording, whatever it is: reading it then says what is wrong. Of a folder the
-    files that a reader recognises are taken, sorted by name; sidecars, reports, documents and hidden files
-    are passed over, and any other file goes to the second list, for the caller to tell.
+    files that a reader recognises are taken, sorted by name, and those with a suffix that only recordings have
+    (a damaged WAV); sidecars, reports, documents and hidden files are passed over, and any other file goes to
+    the second list, for the caller to tell.
 
     Raises
     ------
@@ -134,10 +135,15 @@ def find_recordings(paths: Paths, *, recursive: bool = False) -> tuple[list[Path
             try:
                 find_reader(file)
             except UnreadableFileError:
-                left_out.append(file)
+                (found if file.suffix.casefold() in _only_recordings() else left_out).append(file)
             else:
                 found.append(file)
     return found, left_out
+
+
+def _only_recordings() -> set[str]:
+    """Return the suffixes that no table of notes has: those of the readers of anything but text."""
+    return {suffix for reader in all_readers() if not getattr(reader, "IS_TEXT", False) for suffix in reader.SUFFIXES}
 
 
 def _files_of(folder: Path, *, recursive: bool) -> Iterator[Path]:

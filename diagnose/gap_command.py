@@ -41,7 +41,7 @@ Files = Annotated[
 MachineName = Annotated[
     str, option("--machine", value="NAME|FILE.toml", text="The machine: a shipped one, or a machine file.")
 ]
-Preset = Annotated[str, option("--preset", value="NAME", text="Preset of the machine.")]
+Preset = Annotated[str, option("--preset", value="NAME", text="Preset; what a machine file states goes before it.")]
 Settings = Annotated[
     list[str] | None, option("--set", value="NAME=VALUE", text="Parameter of the machine, SI units; repeat.")
 ]

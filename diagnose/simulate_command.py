@@ -34,7 +34,7 @@ Speed = Annotated[str, option("--speed", value="RPM|FROM..TO", text="Shaft speed
 Duration = Annotated[float, decimal_option("--duration", value="S", text="Length of the record.")]
 Rate = Annotated[float, decimal_option("--rate", value="HZ", text="Sampling rate of the record.")]
 Output = Annotated[Path, option("--output", "-o", value="FILE", text="File to write; a sidecar FILE.toml joins it.")]
-Preset = Annotated[str, option("--preset", value="NAME", text="Preset of the machine.")]
+Preset = Annotated[str, option("--preset", value="NAME", text="Preset; what a machine file states goes before it.")]
 Settings = Annotated[
     list[str] | None, option("--set", value="NAME=VALUE", text="Parameter of the machine, SI units; repeat.")
 ]

@@ -24,7 +24,7 @@ MachineName = Annotated[
     str, typer.Argument(help="Name of a shipped machine, or a machine file.", metavar="MACHINE|FILE.toml")
 ]
 Speed = Annotated[float, decimal_option("--speed", value="RPM", text="Shaft speed.")]
-Preset = Annotated[str, option("--preset", value="NAME", text="Preset of the machine.")]
+Preset = Annotated[str, option("--preset", value="NAME", text="Preset; what a machine file states goes before it.")]
 Settings = Annotated[
     list[str] | None, option("--set", value="NAME=VALUE", text="Parameter of the machine, SI units; repeat.")
 ]

@@ -241,8 +241,12 @@ def machine_from_toml(source: str | Path) -> Machine:
         raise InvalidValueError(f"{where}: allowed: a table [parameters] and tables [[effects]]. Correct the headings.")
     if "machine" not in content:
         raise InvalidValueError(f'{where} names no machine; allowed: machine = "test_rig", ... Write it at its top.')
-    machine = find_machine(_text(where, content, "machine", "")).preset(_text(where, content, "preset", "plausible"))
-    return machine.with_parameters(**parameters).with_effects(*(_effect(where, entry) for entry in effects))
+    found = [_effect(where, entry) for entry in effects]
+    name, preset = (_text(where, content, *one) for one in (("machine", ""), ("preset", "plausible")))
+    try:
+        return find_machine(name).preset(preset).with_parameters(**parameters).with_effects(*found)
+    except InvalidValueError as problem:
+        raise InvalidValueError(f"{where}: {problem}") from None
 
 
 def _effect(where: str, entry: dict[str, Any]) -> Effect:
@@ -251,7 +255,11 @@ def _effect(where: str, entry: dict[str, Any]) -> Effect:
             f'{where}: an entry of [[effects]] has no name; allowed: effect = "unbalance", ... Give it.'
         )
     values = {key: value for key, value in entry.items() if key not in ("effect", "at")}
-    return make_effect(_text(where, entry, "effect", ""), values, at=_text(where, entry, "at", ""))
+    name, at = (_text(where, entry, key, "") for key in ("effect", "at"))
+    try:
+        return make_effect(name, values, at=at)
+    except InvalidValueError as problem:
+        raise InvalidValueError(f"{where}: {problem}") from None
 
 
 def _text(where: str, content: Mapping[str, object], key: str, default: str) -> str:

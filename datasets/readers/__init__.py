@@ -2,7 +2,8 @@
 
 A reader module defines ``NAME``, ``SUFFIXES``, ``recognises(path, head)`` and
 ``read(path, *, start=0, stop=None)``; where reading a slice costs as much as reading the whole file it also
-defines ``blocks(path, *, block_samples)``. Adding a format is adding a module; nothing here changes.
+defines ``blocks(path, *, block_samples)``. One of plain text, whose suffixes notes have as well, says
+``IS_TEXT``. Adding a format is adding a module; nothing here changes.
 Modules whose name starts with an underscore are shared helpers.
 """
 
@@ -81,6 +82,12 @@ def find_reader(path: Path | str) -> Reader:
     for reader in all_readers():
         if reader.recognises(path, head):
             return reader
+    own = [reader.NAME for reader in all_readers() if path.suffix.casefold() in reader.SUFFIXES]
+    if own and not any(getattr(reader, "IS_TEXT", False) for reader in all_readers() if reader.NAME in own):
+        raise UnreadableFileError(
+            f"{path}: its content is not {' or '.join(own)}, though its suffix says so: damaged or incomplete. Copy or "
+            "export it again."
+        )
     formats = "; ".join(f"{reader.NAME} ({' '.join(reader.SUFFIXES)})" for reader in all_readers())
     raise UnreadableFileError(
         f"{path}: its content is in no format known here. Known: {formats}. "

@@ -24,6 +24,7 @@ from ._text_layout import TextLayout, decode_head, detect_layout
 from ._text_rows import Rows, parse_rows
 
 NAME = "CSV or text"
+IS_TEXT = True
 SUFFIXES = (".csv", ".txt", ".tsv", ".dat", ".asc", ".csv.gz", ".txt.gz")
 
 _GZIP = b"\x1f\x8b"

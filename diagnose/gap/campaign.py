@@ -6,10 +6,13 @@ that cannot be read are left out and told of; what contradicts the machine stops
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
+
+import numpy as np
 
 from ...datasets.errors import MissingMetadataError, UnreadableFileError
 from ...datasets.metadata import Metadata
@@ -166,6 +169,7 @@ def read_campaign(
             continue
         kept[path] = recording, matched
         doubts += found
+    repeated = _repeated(sources, kept)
     _check_left(sources, kept, unreadable)
     shared = _shared(kept, [probe.name for probe in declared])
     ready = {path: _prepared(recording, matched, shared) for path, (recording, matched) in kept.items()}
@@ -174,7 +178,7 @@ def read_campaign(
         tuple(ready[path] for path in sources.baseline if path in ready),
         name=_name(sources),
     )
-    notes = (*_notes(sources, kept, shared, machine), *_shortened(doubts))
+    notes = (*_notes(sources, kept, shared, machine), *repeated, *_shortened(doubts))
     return ReadCampaign(campaign, shared, notes, tuple(unreadable), _channels_of(kept, shared))
 
 
@@ -255,6 +259,26 @@ def _check_left(sources: Sources, kept: Mapping[Path, object], unreadable: Seque
             f"None of the {len(names)} recordings of the healthy machine can be used; allowed: one or more, or none "
             f"named at all. {' '.join(own[-2:])} Mend them, or take them away."
         )
+
+
+def _repeated(sources: Sources, kept: dict[Path, tuple[Recording, Matched]]) -> list[str]:
+    """Take recordings away that hold the samples of another one, and return notes on them.
+
+    Counted twice they would be twice as sure. One that is both healthy and to be explained is told only: nobody here
+    knows which it is.
+    """
+    notes, seen = [], {}
+    for path, (recording, _) in list(kept.items()):
+        own = hashlib.sha256(np.ascontiguousarray(recording.signals)).digest()
+        first = seen.setdefault(own, path)
+        if first == path:
+            continue
+        same_role = (first in sources.baseline) == (path in sources.baseline)
+        if same_role:
+            del kept[path]
+        what = "It is left out" if same_role else "One is to be explained, the other healthy: check which it is"
+        notes.append(f"{path} holds the same samples as {first}. {what}.")
+    return notes
 
 
 def _channels_of(kept: Mapping[Path, tuple[Recording, Matched]], shared: Sequence[str]) -> dict[str, str]:

@@ -196,6 +196,15 @@ def test_find_recordings(volts: Path, tmp_path: Path) -> None:
         find_recordings([tmp_path / "none"])
 
 
+@pytest.mark.parametrize("name", ["run.wav", "run.MAT", "run.tdms", "run.uff", "run.h5", "run.npz", "run.parquet"])
+def test_a_damaged_recording_in_a_folder_is_not_passed_over(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_bytes(np.random.default_rng(5).bytes(3000))
+    found, left_out = find_recordings([tmp_path])
+    assert (found, left_out) == ([tmp_path / name], [])
+    with pytest.raises(UnreadableFileError, match="its suffix says so: damaged"):
+        read(found[0])
+
+
 def recording(dtype: type = np.float64) -> Recording:
     channels = (Channel("drive end", "acceleration"), Channel("odd, name (g)"), Channel("Keyphasor", "tacho"))
     return Recording(DATA.astype(dtype), 25600.5, channels, OperatingCondition(speed_rpm=1480.25), label="healthy; new")

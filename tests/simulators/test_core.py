@@ -189,9 +189,12 @@ def test_machine_file_with_effects_comes_back(tmp_path):
         ('format = 1\nmachine = "gearbox"\n[parameters]\nload_torque_n_m = [3]', "not a number"),
     ],
 )
-def test_mistakes_in_a_machine_file_are_named(text, message):
+def test_mistakes_in_a_machine_file_are_named_with_the_file(text, message, tmp_path):
     with pytest.raises(InvalidValueError, match=message):
         machine_from_toml(text)
+    (tmp_path / "mine.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(InvalidValueError, match=r"mine\.toml"):
+        machine_from_toml(tmp_path / "mine.toml")
 
 
 def test_missing_machine_file_is_said(tmp_path):

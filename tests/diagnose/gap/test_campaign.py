@@ -147,7 +147,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A campaign with two recordings, one healthy one, and a file that is none."""
     base = tmp_path_factory.mktemp("campaign")
     (base / "baseline").mkdir()
-    for name, speed in (("slow.csv", 1500.0), ("fast.csv", 3000.0), ("baseline/ok.csv", 1500.0)):
+    for name, speed in (("slow.csv", 1500.0), ("fast.csv", 3000.0), ("baseline/ok.csv", 1600.0)):
         made = record_machine(ROTOR, speed_rpm=speed, duration_s=0.2, rate_hz=1000.0).recording
         write_recording(made, base / name, file_format="csv", notes={}, remarks="", force=True)
     (base / "photo.xyz").write_bytes(b"\x00\x01nothing")
@@ -186,6 +186,20 @@ def test_a_file_that_cannot_be_read_is_told_and_left_out(folder: Path, tmp_path:
         read_campaign(find_sources([broken]), ROTOR)
 
 
+def test_a_recording_that_is_there_twice_counts_once(folder: Path, tmp_path: Path) -> None:
+    twice = tmp_path / "twice"
+    shutil.copytree(folder, twice)
+    first = sorted(one for one in twice.iterdir() if one.is_file() and one.suffix != ".toml")[0]
+    shutil.copy(first, twice / f"zz{first.suffix}")
+    shutil.copy(first, twice / "baseline" / f"zz{first.suffix}")
+    before, taken = (read_campaign(find_sources([one]), ROTOR) for one in (folder, twice))
+    assert len(taken.campaign.recordings) == len(before.campaign.recordings)
+    assert len(taken.campaign.baseline) == len(before.campaign.baseline) + 1
+    told = [note for note in taken.notes if "the same samples" in note]
+    assert ["left out" in note for note in told] == [True, False]
+    assert "check which it is" in told[1]
+
+
 def test_a_folder_s_sidecar_holds_for_its_baseline_too(tmp_path: Path) -> None:
     (tmp_path / "baseline").mkdir()
     rows = "\n".join(["a,b,c"] + [f"{np.sin(25 * i):.5f},{np.cos(25 * i):.5f},{p:g}" for i, p in enumerate(PULSES)])
@@ -199,7 +213,7 @@ def test_a_folder_s_sidecar_holds_for_its_baseline_too(tmp_path: Path) -> None:
     first, healthy = taken.campaign.recordings[0], taken.campaign.baseline[0]
     np.testing.assert_array_equal(first.signals, healthy.signals)
     assert np.abs(first.signals[:2]).max() == pytest.approx(1e-6, rel=1e-3)
-    assert taken.notes == ()
+    assert ["the same samples" in note for note in taken.notes] == [True]
 
 
 def test_only_probes_that_all_recordings_have_are_compared(folder: Path, tmp_path: Path) -> None:
