@@ -226,6 +226,11 @@ class SensorEffect(Effect):
         """Return what one that only mixes adds: complex amplitudes (channels,) by order of the channel's shaft."""
         return {}
 
+    @property
+    def adds_up_to_hz(self) -> float | None:
+        """Highest frequency of what the effect adds to signals, whatever they are; None when it does anything else."""
+        return None
+
     def apply(self, record: SensorRecord, generator: np.random.Generator) -> SensorRecord:
         """Return the record as this effect leaves it; ``generator`` is the effect's own stream of random numbers."""
         raise NotImplementedError

@@ -207,13 +207,14 @@ def high_envelope(signals: np.ndarray, *, rate_hz: float, speed_hz: float) -> np
     samples = signals.shape[1]
     length = int(next_fast_len(samples) or samples)
     spectrum = np.asarray(fft(signals, length, axis=1))
-    low, high = _envelope_band(rate_hz, speed_hz)
+    low, high = envelope_band(rate_hz, speed_hz)
     frequency = np.arange(length) * rate_hz / length
     spectrum[:, (frequency < low) | (frequency > high)] = 0
     return 2 * np.abs(np.asarray(ifft(spectrum, axis=1))[:, :samples])
 
 
-def _envelope_band(rate_hz: float, speed_hz: float) -> tuple[float, float]:
+def envelope_band(rate_hz: float, speed_hz: float) -> tuple[float, float]:
+    """Return the lowest and the highest frequency (Hz) of the band whose envelope is looked at."""
     return max(ENVELOPE_BAND[0] * rate_hz, ENVELOPE_LOWEST_ORDER * speed_hz), ENVELOPE_BAND[1] * rate_hz
 
 
@@ -224,7 +225,7 @@ def envelope_noise(signals: np.ndarray, *, rate_hz: float, speed_hz: float) -> n
     """
     power = line_power(signals - signals.mean(axis=1, keepdims=True))
     frequency = np.arange(power.shape[1]) * rate_hz / signals.shape[1]
-    low, high = _envelope_band(rate_hz, speed_hz)
+    low, high = envelope_band(rate_hz, speed_hz)
     band = power[:, (frequency >= low) & (frequency <= high)]
     if not band.shape[1]:
         return np.zeros(signals.shape[0])

@@ -19,9 +19,10 @@ from ...simulators.assembly import Probe
 from ...simulators.effect import Effect
 from ...simulators.errors import InvalidValueError, RotorwiseError
 from ...simulators.machine import Machine
-from ...simulators.sensor_run import lines_of_chain, record_of_signals, run_chain, sensor_effects
+from ...simulators.sensor_run import lines_of_chain, sensor_effects
 from ...simulators.solvers.harmonic_balance import PeriodicMotion
 from ...simulators.solvers.simulate import Simulation
+from .chain_record import chained, rate_enough
 from .lines import Condition, LineKind, phase_orders, turned_to_reference
 from .periodic import Moving, at_condition, motions_in
 from .size_scale import to_scale
@@ -52,10 +53,6 @@ RUNS = 128
 
 class UnpredictableError(InvalidValueError):
     """A machine whose lines cannot be computed."""
-
-
-class _NotPeriodicError(InvalidValueError):
-    """A motion that does not repeat with the shaft, or was not found."""
 
 
 @dataclass
@@ -149,15 +146,13 @@ class Predictor:
         parts = [moving_part(machine) for machine in new.values()]
         moving = self._all_moving(parts, near and moving_part(near), lasting=lasting)
         for (key, machine), own in zip(new.items(), moving, strict=True):
-            try:
-                if isinstance(own, RotorwiseError):
-                    raise _NotPeriodicError(str(own))
-                balanced = self._balanced(own, machine)
-                if balanced is None:
-                    balanced = np.stack([self._seen(machine, motion, i) for i, motion in enumerate(own)])
-                self._keep(key, balanced)
-            except _NotPeriodicError:
+            if isinstance(own, RotorwiseError):
                 in_time.append((key, machine, self._repeating(machine)))
+                continue
+            balanced = self._balanced(own, machine)
+            if balanced is None:
+                balanced = np.stack([self._seen(machine, motion, i) for i, motion in enumerate(own)])
+            self._keep(key, balanced)
         if most_in_time is not None and len(in_time) > most_in_time:
             in_time = [in_time[i] for i in np.linspace(0, len(in_time) - 1, most_in_time).round().astype(int)]
         in_time = [one for one in in_time if not self._superposed(*one)]
@@ -247,11 +242,13 @@ class Predictor:
         """Return the lines of a motion whose chain does more than mix them, (probes, orders), from a record of it."""
         speed, rate_hz = motion.speed_rad_s, self.rates_hz[index]
         least_s = max(CHAIN_TURNS * 2 * math.pi / speed, *least_lengths(machine, self.conditions[index : index + 1]))
-        enough = max(math.ceil(least_s * rate_hz), CHAIN_SAMPLES)
-        phase = speed * np.arange(min(self.samples[index], enough)) / rate_hz
+        least_s = min(max(least_s, CHAIN_SAMPLES / rate_hz), self.samples[index] / rate_hz)
+        top = {"speed_rad_s": speed, "highest_order": motion.orders[-1], "least_s": least_s, "rate_hz": rate_hz}
+        rate_hz = rate_enough(machine, motion.probes, self.orders, self.kinds, **top)
+        phase = speed * np.arange(math.ceil(least_s * rate_hz)) / rate_hz
         untouched = self._balanced([motion], moving_part(machine))
-        untouched = None if untouched is None else untouched[0]
-        return self._recorded(machine, motion.probes, motion.waveform(phase), phase, index, untouched=untouched)
+        how = {"untouched": None if untouched is None else untouched[0], "rate_hz": rate_hz}
+        return self._recorded(machine, motion.probes, motion.waveform(phase), phase, index, **how)
 
     def _balanced(self, motions: Sequence[PeriodicMotion], machine: Machine) -> np.ndarray | None:
         """Return the lines of motions as the machine's chain shows them, (motions, probes, orders).
@@ -265,8 +262,8 @@ class Predictor:
         amplitudes = lines_of_chain(machine, channels, moving, orders)
         if amplitudes is None:
             return None
-        names = [channel.name for channel in channels]
-        amplitudes = amplitudes[:, [names.index(name) for name in self.probes]]
+        number = {channel.name: i for i, channel in enumerate(channels)}
+        amplitudes = amplitudes[:, [number[name] for name in self.probes]]
         result = np.zeros((len(motions), len(self.probes), len(self.orders)), dtype=complex)
         phase = np.array([self.kinds[column].phase for column in columns], dtype=bool)
         result[:, :, columns] = np.where(phase, amplitudes, np.abs(amplitudes))
@@ -281,31 +278,32 @@ class Predictor:
         index: int,
         *,
         untouched: np.ndarray | None = None,
+        rate_hz: float | None = None,
     ) -> np.ndarray:
         """Return the lines of what the machine's chain leaves of a motion (all probes, samples).
 
-        ``untouched`` (probes, orders) are the lines of channels that the chain leaves as they are, where these are
-        known without looking at a record.
+        ``untouched`` (probes, orders) are the lines of channels that the chain leaves as they are, where known without
+        a record; ``rate_hz`` is the recording's when not given. At another one the envelope is that of nothing.
         """
-        wanted = [i for i, probe in enumerate(probes) if probe.name in self.probes]
-        channels, signals = tuple(probes[i] for i in wanted), signals[wanted]
-        rate_hz, speed_rad_s = self.rates_hz[index], 2 * math.pi * self.conditions[index].speed_rpm / 60
-        how = {"phase_rad": phase_rad, "speed_rad_s": np.full(phase_rad.size, speed_rad_s)}
-        record = record_of_signals(signals, machine, channels, rate_hz=rate_hz, output_rate_hz=rate_hz, **how)
-        if self.full_scale is not None:
-            record = replace(record, full_scale=self.full_scale[[self.probes.index(one.name) for one in channels]])
-        record = run_chain(record, sensor_effects(machine), samples=phase_rad.size, seed=0)
-        found = np.zeros((len(self.probes), len(self.orders)), dtype=complex) if untouched is None else untouched
-        rows = np.arange(len(self.probes))
+        known = [i for i, probe in enumerate(probes) if probe.name in self.probes]
+        channels, signals = tuple(probes[i] for i in known), signals[known]
+        own, rate_hz = self.rates_hz[index], rate_hz or self.rates_hz[index]
+        numbers = [self.probes.index(one.name) for one in channels]
+        ranges = None if self.full_scale is None else self.full_scale[numbers]
+        how = {"speed_rad_s": 2 * math.pi * self.conditions[index].speed_rpm / 60, "rate_hz": rate_hz}
+        record = chained(machine, channels, signals, phase_rad, **how, full_scale=ranges)
+        shape = len(self.probes), len(self.orders)
+        found, rows = np.zeros(shape, dtype=complex) if untouched is None else untouched, np.arange(shape[0])
         if untouched is not None and np.array_equal(record.phase_rad, phase_rad):
             changed = {one.name for one, a, b in zip(channels, record.signals, signals, strict=True) if (a != b).any()}
             rows = np.array([row for row in rows if self.probes[row] in changed], dtype=int)
         if rows.size:
-            found[rows] = lines_of_record(
+            seen = [i for i, kind in enumerate(self.kinds) if rate_hz == own or not kind.envelope]
+            found[np.ix_(rows, seen)] = lines_of_record(
                 record,
                 probes=[self.probes[row] for row in rows],
-                orders=self.orders,
-                kinds=self.kinds,
+                orders=[self.orders[i] for i in seen],
+                kinds=[self.kinds[i] for i in seen],
                 missing_noise=None if self.noise is None else self.noise[index][rows],
             )
         # A simulation is shorter than a record, and shows the skirt of the order there.
@@ -388,7 +386,7 @@ class Predictor:
         found = []
         (balanced,) = self._all_moving([moving_part(base)]) if base is not None else (None,)
         if isinstance(balanced, RotorwiseError):
-            raise _NotPeriodicError(str(balanced))
+            raise UnpredictableError(str(balanced))
         for index, run in enumerate(runs):
             less = without[index] if without is not None else None
             if run is None or (without is not None and less is None):

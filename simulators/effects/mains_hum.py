@@ -70,6 +70,11 @@ class MainsHum(SensorEffect):
         source="any angle is equally likely",
     )
 
+    @property
+    def adds_up_to_hz(self) -> float:
+        """The third harmonic."""
+        return 3 * self.supply_hz
+
     def apply(self, record: SensorRecord, generator: np.random.Generator) -> SensorRecord:
         """Add the hum to the chosen channels."""
         if self.amplitude == 0:
