@@ -17,7 +17,6 @@ from ...simulators.machine import Machine
 from ...simulators.sensor_record import SensorRecord
 from ...simulators.sensor_run import record_of_signals, run_chain, sensor_effects
 from .line_sizes import FLOOR_WIDTHS, HIGHEST_SHARE, LEAST_BINS, WANDER, envelope_band
-from .lines import LineKind
 
 
 def chained(
@@ -44,8 +43,6 @@ def chained(
 def rate_enough(
     machine: Machine,
     channels: Sequence[Probe],
-    orders: Sequence[float],
-    kinds: Sequence[LineKind],
     *,
     speed_rad_s: float,
     highest_order: float,
@@ -59,8 +56,6 @@ def rate_enough(
     machine : Machine
         Whose chain it passes.
     channels : sequence of Probe
-    orders, kinds : sequence
-        Of the lines that are wanted.
     speed_rad_s, highest_order : float
         Of the motion.
     least_s : float
@@ -75,7 +70,5 @@ def rate_enough(
     # What reaches the envelope's band depends on where that lies, and it follows the rate.
     if len(tops) < len(added) or content >= envelope_band(rate_hz, speed_hz)[0]:
         return rate_hz
-    places = (abs(o * speed_hz + k.frequency_hz) for o, k in zip(orders, kinds, strict=True) if not k.envelope)
-    highest = max([content, *places])
-    around = FLOOR_WIDTHS * max(WANDER * highest, LEAST_BINS / least_s)
-    return min(rate_hz, (highest + around) / HIGHEST_SHARE)
+    # Of lines above there is nothing, and at a rate that is too low for them none is seen.
+    return min(rate_hz, (content + FLOOR_WIDTHS * max(WANDER * content, LEAST_BINS / least_s)) / HIGHEST_SHARE)

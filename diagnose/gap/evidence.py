@@ -22,6 +22,7 @@ from .line_covariance import line_covariance, noisy
 from .lines import OrderLines, dense, from_blocks, in_blocks, seen_in, stacked, unstacked
 from .model_error import ModelError, error_blocks, error_covariance
 from .predict import Predictor
+from .record_scatter import directions
 from .size_scale import at_most_once
 from .transfer_error import TransferError, none_of
 from .whitening import Whitening, factor_of, lower_solved
@@ -282,7 +283,8 @@ def law_columns(compared: Comparison, response: np.ndarray, *, idealised: bool) 
     scattered = compared.whitening.of_each(_scattered_sizes(compared.lines, response))
     transfer = compared.transfer.at_least(compared.inexact * IDEALISED_TRANSFER if idealised else 0.0)
     wrongly = compared.whitening.at_places(*transfer.directions(response, compared.lines.conditions))
-    columns = np.concatenate([orders, probes, scattered, wrongly])
+    by_record = directions(response, compared.whitening, transfer.by_record)
+    columns = np.concatenate([orders, probes, scattered, wrongly, by_record])
     return columns[(columns**2).sum(axis=1) > 1e-3]
 
 

@@ -1,6 +1,8 @@
 """How probable healthy lines are about a calibrated machine, its unknowns and the probes' gains integrated out.
 
-By how much the model is wrong beside them is taken as likely as it can be.
+By how much the model is wrong beside them is taken as likely as it can be: a share of what is larger, a line as the
+model makes it or as it was measured. A line that it hardly makes at all (run-out at four times the shaft's speed) would
+else be certain to a share of nothing, and move everything that is uncertain.
 """
 
 from __future__ import annotations
@@ -22,7 +24,9 @@ WITHIN = 3.0
 
 def covariance_of_all(current: Baseline, healthy: OrderLines, factor: float) -> LineCovariance:
     """Return the covariance about a machine with the usual model error times a factor, of all that is uncertain."""
-    errors = error_blocks(healthy.conditions, factor * model_error(current.lines))
+    measured = np.where(healthy.seen, healthy.amplitudes, 0.0)
+    usual = np.maximum(model_error(current.lines), model_error(measured))
+    errors = error_blocks(healthy.conditions, factor * usual)
     return line_covariance(healthy, errors, current.slopes, current.prior)
 
 

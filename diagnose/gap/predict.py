@@ -244,7 +244,7 @@ class Predictor:
         least_s = max(CHAIN_TURNS * 2 * math.pi / speed, *least_lengths(machine, self.conditions[index : index + 1]))
         least_s = min(max(least_s, CHAIN_SAMPLES / rate_hz), self.samples[index] / rate_hz)
         top = {"speed_rad_s": speed, "highest_order": motion.orders[-1], "least_s": least_s, "rate_hz": rate_hz}
-        rate_hz = rate_enough(machine, motion.probes, self.orders, self.kinds, **top)
+        rate_hz = rate_enough(machine, motion.probes, **top)
         phase = speed * np.arange(math.ceil(least_s * rate_hz)) / rate_hz
         untouched = self._balanced([motion], moving_part(machine))
         how = {"untouched": None if untouched is None else untouched[0], "rate_hz": rate_hz}

@@ -22,6 +22,7 @@ from .model_error import ERROR_LENGTH_SPEED, ModelError, model_error
 from .model_form import Extended
 from .predict import Predictor, UnpredictableError
 from .pulse_place import turned
+from .record_scatter import record_scatter
 from .slow_sway import Sway
 from .transfer_error import TransferError, learnt, none_of
 from .unsteady import Unsteady
@@ -165,6 +166,7 @@ def put_together(
     error = residual_error(at_calibration, healthy) if healthy else UNSEEN * model_error(at_calibration.lines)
     length = error.length if isinstance(error, ModelError) else ERROR_LENGTH_SPEED
     probes = machine.bare_assembly().probes
+    transfer = learnt(at_calibration, healthy, probes, length=length) if healthy else none_of(measured)
     return Prepared(
         measured=measured,
         fitted=fitted,
@@ -175,7 +177,7 @@ def put_together(
         baseline=baseline,
         at_healthy=at_calibration if healthy else None,
         error=error,
-        transfer=learnt(at_calibration, healthy, probes, length=length) if healthy else none_of(measured),
+        transfer=replace(transfer, by_record=record_scatter(measured, baseline.lines)),
         pulse_rad=found.pulse_rad if found else 0.0,
         by_lines=by_lines,
         form=found.form if found else None,

@@ -41,12 +41,15 @@ class TransferError:
         Whether healthy recordings told the share.
     length : float
         Relative change of speed over which the error changes much.
+    by_record : float
+        Share by which what acts differs from one recording to the next, see `record_scatter.py`.
     """
 
     share: np.ndarray
     beside: np.ndarray
     is_checked: bool = True
     length: float = ERROR_LENGTH_SPEED
+    by_record: float = 0.0
 
     def options(self) -> list[TransferError]:
         """Return what it may be as well: itself where it was checked."""

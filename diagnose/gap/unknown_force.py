@@ -20,6 +20,7 @@ from .evidence import LAW_TOLERANCE, PROBE_TOLERANCE, Comparison
 from .force_kernels import ForceKernel, prior_shares
 from .lines import unstacked
 from .model_error import similarity
+from .record_scatter import alike
 from .transfer_error import LEAST
 
 #: Sizes tried, as shares of the largest line left in the order.
@@ -240,6 +241,7 @@ def _as_it_passes(compared: Comparison, order: int, law: float = 0.0) -> np.ndar
     found = np.full((len(conditions), share.size, len(conditions), share.size), 1 + 2 * law**2)
     for probe, added in enumerate(own):
         found[:, probe, :, probe] += 2 * added
+    found *= alike(len(conditions), transfer.by_record)[:, None, :, None]
     return found[None, :, :, None]
 
 
@@ -257,7 +259,8 @@ def _groups(compared: Comparison) -> list[tuple[np.ndarray, float]]:
 
 
 def _line_kernel(compared: Comparison, probes: np.ndarray) -> np.ndarray:
-    smooth = similarity(compared.lines.conditions)
+    conditions = compared.lines.conditions
+    smooth = similarity(conditions) * alike(len(conditions), compared.transfer.by_record)
     size = _sizes(compared) * probes
     return np.einsum("xy,cd,pq->xcpydq", np.eye(2), smooth, np.diag(size**2))
 

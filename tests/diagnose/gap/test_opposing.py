@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from rotorwise.diagnose.gap import opposing
 from rotorwise.diagnose.gap.hypotheses import Candidate
-from rotorwise.diagnose.gap.opposing import not_named_words, opposing_words, rest_of_both
+from rotorwise.diagnose.gap.lines import Condition, OrderLines
+from rotorwise.diagnose.gap.opposing import not_named_words, opposing_words, rest_of_both, same_orders_at_one_speed
 
 FIRST = np.array([[[3.0 + 1j, 2.0, -1.0j]]])
 
@@ -56,3 +57,33 @@ def test_why_two_causes_are_not_named(monkeypatch):
     said = not_named_words(*_made(monkeypatch, FIRST, -0.8 * FIRST))
     assert said.startswith("Shaft bow at shaft and unbalance at disc would explain it, but only against each other, as")
     assert "2.4% of the power" in said
+
+
+def _at(monkeypatch, speeds_rpm: tuple[float, ...], *each: np.ndarray):
+    fit, problem = _made(monkeypatch, *(np.repeat(own, len(speeds_rpm), axis=0) for own in each))
+    conditions = tuple(Condition(speed) for speed in speeds_rpm)
+    shape = fit.response.shape
+    problem.lines = OrderLines(conditions, ("a",), (1.0, 2.0, 3.0), np.zeros(shape, dtype=complex), np.ones(shape))
+    return fit, problem
+
+
+@pytest.mark.parametrize(
+    ("speeds_rpm", "second", "is_one"),
+    [
+        ((1480.0, 1482.0), [2.0, 0.5, 0.0], True),
+        ((1480.0, 1482.0), [0.5, 3.0, 0.0], False),
+        ((1480.0, 1800.0), [2.0, 0.5, 0.0], False),
+    ],
+)
+def test_two_that_make_the_same_orders_at_one_speed_may_be_one(monkeypatch, speeds_rpm, second, is_one):
+    first, other = np.array([[[2j, 0.3, 0.0]]]), np.array([[second]])
+    fit, problem = _at(monkeypatch, speeds_rpm, first, other)
+    assert same_orders_at_one_speed(fit, problem) == is_one
+    if is_one:
+        said = not_named_words(fit, problem)
+        assert "all recordings are of one speed" in said
+        assert said.endswith("Record at another speed.")
+
+
+def test_one_cause_at_one_speed_is_one(monkeypatch):
+    assert not same_orders_at_one_speed(*_at(monkeypatch, (1480.0,), FIRST))
