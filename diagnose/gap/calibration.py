@@ -21,6 +21,7 @@ from .healthy_evidence import fitted
 from .line_covariance import LineCovariance, line_covariance
 from .lines import OrderLines
 from .model_error import REFERENCE_RPM, ModelError, error_blocks, model_error
+from .out_of_reach import out_of_reach
 from .predict import Predictor, UnpredictableError
 from .size_scale import at_most_once
 
@@ -39,8 +40,6 @@ LEAST_GAIN = 0.1
 SURER = 2.0
 #: Powers of the speed by which the model error may grow; one where speeds differ by less than this factor.
 GROWTHS, FEW_SPEEDS = (0, 1, 2, 3, 4), 1.2
-#: A line that is this many times as large as the machine can make it tells nothing of its parameters.
-OUT_OF_REACH = 10.0
 #: Sizes of lines without phase are measured to this share at best.
 SIZES_TO = 0.1
 #: And count where they are this many times their deviation.
@@ -147,19 +146,6 @@ def settled_further(
         if gained < LEAST_GAIN:
             break
     return current
-
-
-def out_of_reach(current: Baseline, healthy: OrderLines) -> np.ndarray:
-    """Return the size of those healthy lines, (probes, orders), that no values of the uncertain parameters make.
-
-    A fit would bend all others for them.
-    """
-    own = len(current.coordinates)
-    moved = np.tensordot(current.prior[:own] ** 2, np.abs(current.slopes[:own]) ** 2, 1)
-    reach = np.where(healthy.seen, np.abs(current.lines) ** 2 + moved, 0.0).sum(axis=0)
-    size = np.where(healthy.seen, np.abs(healthy.amplitudes) ** 2, 0.0).sum(axis=0)
-    rms = np.sqrt(size / np.maximum(healthy.seen.sum(axis=0), 1) / 2)
-    return np.where(size > OUT_OF_REACH**2 * reach, rms, 0.0)
 
 
 def size_error(current: Baseline, healthy: OrderLines) -> np.ndarray:

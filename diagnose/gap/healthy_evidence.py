@@ -1,8 +1,8 @@
 """How probable healthy lines are about a calibrated machine, its unknowns and the probes' gains integrated out.
 
 By how much the model is wrong beside them is taken as likely as it can be: a share of what is larger, a line as the
-model makes it or as it was measured. A line that it hardly makes at all (run-out at four times the shaft's speed) would
-else be certain to a share of nothing, and move everything that is uncertain.
+model makes it or as it was measured, and all of one that it cannot make (run-out at four times the shaft's speed). Such
+a line would else be certain to a share of nothing, and move everything that can be moved.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from .baseline import Baseline
 from .line_covariance import LineCovariance, line_covariance
 from .lines import OrderLines
 from .model_error import error_blocks, model_error
+from .out_of_reach import out_of_reach
 
 #: Factors of the usual model error of which the likeliest counts.
 ERROR_FACTORS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
@@ -25,8 +26,8 @@ WITHIN = 3.0
 def covariance_of_all(current: Baseline, healthy: OrderLines, factor: float) -> LineCovariance:
     """Return the covariance about a machine with the usual model error times a factor, of all that is uncertain."""
     measured = np.where(healthy.seen, healthy.amplitudes, 0.0)
-    usual = np.maximum(model_error(current.lines), model_error(measured))
-    errors = error_blocks(healthy.conditions, factor * usual)
+    usual = factor * np.maximum(model_error(current.lines), model_error(measured))
+    errors = error_blocks(healthy.conditions, np.maximum(usual, out_of_reach(current, healthy)))
     return line_covariance(healthy, errors, current.slopes, current.prior)
 
 

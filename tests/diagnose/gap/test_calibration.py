@@ -11,7 +11,6 @@ from rotorwise.diagnose.gap.calibration import (
     calibrated,
     left_variance,
     objective,
-    out_of_reach,
     residual_error,
     settled_further,
     size_error,
@@ -20,6 +19,7 @@ from rotorwise.diagnose.gap.coordinates import coordinates_of
 from rotorwise.diagnose.gap.healthy_machine import healthy_machine
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
 from rotorwise.diagnose.gap.model_error import ModelError, error_covariance, model_error
+from rotorwise.diagnose.gap.out_of_reach import out_of_reach
 from rotorwise.diagnose.gap.predict import Predictor, UnpredictableError
 from rotorwise.diagnose.gap.pulse_place import turned
 from rotorwise.simulators.machine import find_machine

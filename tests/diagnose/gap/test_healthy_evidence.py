@@ -37,6 +37,7 @@ def test_a_calibrated_machine_is_where_its_lines_put_it() -> None:
     assert _moved(0.0).max() < 0.3
 
 
-@pytest.mark.parametrize("run_out_m", [1e-7, 5e-7])
+@pytest.mark.parametrize("run_out_m", [2e-7, 5e-7])
 def test_marks_on_the_shaft_do_not_move_the_machine(run_out_m: float) -> None:
-    assert _moved(run_out_m).max() < 1.0
+    # Twenty times what the machine makes there.
+    assert _moved(run_out_m).max() < 0.3
