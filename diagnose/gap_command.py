@@ -218,6 +218,7 @@ def _checked(work: Work, *, as_json: bool) -> ReadCampaign:
 
 def _read(work: Work, tell: Callable[[str], None]) -> ReadCampaign:
     from .gap.campaign import read_campaign
+    from .gap.campaign_table import lacking_words
     from .gap.observe import shaft_speed_rpm
     from .gap.stable import unstable_words
 
@@ -236,7 +237,7 @@ def _read(work: Work, tell: Callable[[str], None]) -> ReadCampaign:
     for message in taken.unreadable:
         print(f"rotorwise: left out: {message}", file=sys.stderr)
     speeds = [shaft_speed_rpm(one) for one in taken.campaign.recordings]
-    return replace(taken, notes=(*taken.notes, *unstable_words(work.machine, speeds)))
+    return replace(taken, notes=(*taken.notes, *lacking_words(taken), *unstable_words(work.machine, speeds)))
 
 
 def _worked(work: Work) -> tuple[ReadCampaign, GapResult]:

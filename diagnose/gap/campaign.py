@@ -178,7 +178,12 @@ def read_campaign(
         tuple(ready[path] for path in sources.baseline if path in ready),
         name=_name(sources),
     )
-    notes = (*_notes(sources, kept, shared, machine), *repeated, *_shortened(doubts))
+    notes = (
+        *_notes(sources, kept, shared, machine, unreadable),
+        *_idle_patterns(stated, sources),
+        *repeated,
+        *_shortened(doubts),
+    )
     return ReadCampaign(campaign, shared, notes, tuple(unreadable), _channels_of(kept, shared))
 
 
@@ -200,6 +205,13 @@ def parse_loads(texts: Sequence[str], machine: Machine) -> dict[str, float]:
             raise InvalidValueError(f"--load {text!r}; allowed: VALUE or PATTERN=VALUE. Correct it.")
         found[pattern or "*"] = parameter.checked(value)
     return found
+
+
+def _idle_patterns(stated: Mapping[str, float], sources: Sources) -> list[str]:
+    """Return notes on loads whose pattern no file meets."""
+    names = [path.name for path in (*sources.recordings, *sources.baseline)]
+    idle = [one for one in stated.items() if not any(fnmatchcase(name, one[0]) for name in names)]
+    return [f"--load {pattern}={value:g}: no recording has such a name." for pattern, value in idle]
 
 
 def load_parameter(machine: Machine) -> Parameter | None:
@@ -315,19 +327,19 @@ def _notes(
     kept: Mapping[Path, tuple[Recording, Matched]],
     shared: Sequence[str],
     machine: Machine,
+    unreadable: Sequence[str],
 ) -> list[str]:
     notes = [f"{path.name}: no format that a reader knows; left out." for path in sources.left_out]
     for paths, what in ((sources.recordings, "recordings"), (sources.baseline, "recordings of the healthy machine")):
         unused = [path.name for path in paths if path not in kept]
         if unused:
             more = ", ..." if len(unused) > 6 else ""
-            notes.append(f"{len(unused)} of {len(paths)} {what} cannot be used: {', '.join(unused[:6])}{more}.")
+            why = next((f" {text}" for text in unreadable if unused[0] in text), "")
+            notes.append(f"{len(unused)} of {len(paths)} {what} cannot be used: {', '.join(unused[:6])}{more}.{why}")
     left: dict[tuple[str, str], int] = {}
     for recording, matched in kept.values():
         reasons = {name: why for name, why in matched.left.items()}
-        reasons |= {
-            name: "it cannot be used in every recording" for name in matched.probes.values() if name not in shared
-        }
+        reasons |= {name: NOT_IN_ALL for name in matched.probes.values() if name not in shared}
         for item in reasons.items():
             left[item] = left.get(item, 0) + 1
         total = recording.provenance.total_samples

@@ -6,15 +6,33 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ...datasets.recording import Recording
 from ..terminal import escape
 from .campaign import ReadCampaign, has_pulses
+from .lines import ALIKE
 from .observe import shaft_speed_rpm
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 HEALTHY, EXPLAINED = "healthy", "to explain"
+NO_HEALTHY = (
+    "No recordings of the healthy machine: what differs from the model may be the model. Name some with --baseline, "
+    "if there are any."
+)
+ONE_SPEED = (
+    "All recordings to explain are of one speed: causes of one order (unbalance, bow, misaligned coupling) are told "
+    "apart by their shape alone. Record at another speed as well, if the machine can."
+)
+
+
+def lacking_words(taken: ReadCampaign) -> list[str]:
+    """Return what a campaign lacks, that an answer to it will be less sure of."""
+    speeds = sorted(shaft_speed_rpm(one) for one in taken.campaign.recordings)
+    said = [] if taken.campaign.baseline else [NO_HEALTHY]
+    return said + ([ONE_SPEED] if speeds[-1] <= ALIKE * speeds[0] else [])
 
 
 def campaign_data(taken: ReadCampaign) -> dict[str, Any]:
@@ -22,10 +40,23 @@ def campaign_data(taken: ReadCampaign) -> dict[str, Any]:
     sets = ((EXPLAINED, taken.campaign.recordings), (HEALTHY, taken.campaign.baseline))
     return {
         "channels": dict(taken.channels),
+        "sizes": _sizes(taken),
         "recordings": [_row(one, role) for role, recordings in sets for one in recordings],
         "notes": list(taken.notes),
         "unreadable": list(taken.unreadable),
     }
+
+
+def _sizes(taken: ReadCampaign) -> dict[str, dict[str, Any]]:
+    """Return quantity, unit and rms about the mean of each probe, the median of the recordings."""
+    recordings = (*taken.campaign.recordings, *taken.campaign.baseline)
+    found = {}
+    for name in taken.probes:
+        rows = [[channel.name for channel in one.channels].index(name) for one in recordings]
+        rms = [float(np.nanstd(one.signals[row])) for one, row in zip(recordings, rows, strict=True)]
+        channel = recordings[0].channels[rows[0]]
+        found[name] = {"quantity": channel.quantity, "unit": channel.unit, "rms": float(np.median(rms))}
+    return found
 
 
 def _row(one: Recording, role: str) -> dict[str, Any]:
@@ -62,7 +93,10 @@ def show_campaign(taken: ReadCampaign, console: Console) -> None:
             f"{one['rate_hz']:.6g}",
         )
     console.print(table)
-    console.print(f"channels: {escape(channel_words(taken))}")
+    sized = (
+        f"{taken.channels[name]} is {name} ({one['rms']:.3g} {one['unit']} rms)" for name, one in data["sizes"].items()
+    )
+    console.print(f"channels: {escape(', '.join(sized))}")
     for note in data["notes"]:
         console.print(f"[dim]- {escape(note)}[/]")
 

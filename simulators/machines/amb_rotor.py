@@ -65,7 +65,14 @@ def _given(
 
 
 PARAMETERS = (
-    _given("shaft_length_m", "m", 0.52, "length of the shaft", _OURS, lowest=0.05),
+    _given(
+        "shaft_length_m",
+        "m",
+        0.52,
+        "length of the shaft: coupling at one end, bearings with sensors at 1/3 and 2/3, disc in the middle",
+        _OURS,
+        lowest=0.05,
+    ),
     _given("shaft_diameter_m", "m", 0.035, "diameter of the shaft", _OURS, lowest=0.003),
     _given("disc_width_m", "m", 0.075, "width of the disc in the middle", _OURS, lowest=0.005),
     Parameter("disc_diameter_m", "m", 0.1, (0.04, 1.0), "diameter of the disc", _OURS),

@@ -321,7 +321,8 @@ def test_a_load_for_a_machine_without_one_is_refused() -> None:
 
 
 def test_an_unknown_load_is_told_of(rig_file: Path) -> None:
-    taken = read_campaign(find_sources([rig_file]), RIG)
+    taken = read_campaign(find_sources([rig_file]), RIG, loads=("other*=5",))
+    assert "--load other*=5: no recording has such a name." in taken.notes
     assert any(note.startswith("Load not known in 1 of 1 recordings") for note in taken.notes)
     said = "Channel motor is not compared: rotational speed, direction not known: say with --probe which probe it is."
     assert said in taken.notes
@@ -337,7 +338,8 @@ def test_recordings_that_cannot_be_used_are_told_and_a_baseline_that_is_gone_is_
         kept.unlink()
     (tmp_path / "own" / "slow.csv").write_text(rateless, encoding="utf-8")
     taken = read_campaign(find_sources([tmp_path / "own"]), ROTOR)
-    assert "1 of 2 recordings cannot be used: slow.csv." in taken.notes
+    (told,) = [note for note in taken.notes if note.startswith("1 of 2 recordings cannot be used: slow.csv. ")]
+    assert "Give it with --rate HZ" in told
     for kept in (tmp_path / "own" / "baseline").iterdir():
         kept.unlink()
     (tmp_path / "own" / "baseline" / "ok.csv").write_text(rateless, encoding="utf-8")

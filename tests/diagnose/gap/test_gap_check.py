@@ -60,6 +60,9 @@ def test_json_is_what_was_read(folder):
         speeds = [one["speed_rpm"] for one in data["recordings"] if one["role"] == role]
         assert speeds == pytest.approx(SPEEDS_RPM, rel=5e-4)
     assert data["channels"] == {f"path_{n}": f"path_{n}" for n in (1, 2, 3, 4)}
+    sizes = data["sizes"]["path_1"]
+    assert (sizes["quantity"], sizes["unit"]) == ("displacement", "m")
+    assert 1e-6 < sizes["rms"] < 1e-3
     assert len(data["unreadable"]) == 1
 
 
@@ -69,6 +72,17 @@ def test_a_machine_at_rest_is_left_out_and_the_silent_tacho_is_named(folder):
     assert "left out: rest.npz: tacho" in done.stderr
     assert "shows no pulses" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_what_a_campaign_lacks_is_told(folder, tmp_path):
+    done = run("gap", folder, "--machine", "amb_rotor", "--check", environment={"COLUMNS": "200"})
+    assert "m rms)" in done.stdout
+    assert "one speed" not in done.stdout
+    assert "--baseline" not in done.stdout
+    (tmp_path / "one.npz").write_bytes((folder / f"{SPEEDS_RPM[0]:.0f}.npz").read_bytes())
+    done = run("gap", tmp_path, "--machine", "amb_rotor", "--check", environment={"COLUMNS": "200"})
+    assert "All recordings to explain are of one speed" in done.stdout
+    assert "No recordings of the healthy machine" in done.stdout
 
 
 def test_wrong_probe_stops_at_once(folder):
