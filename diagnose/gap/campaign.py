@@ -12,8 +12,6 @@ from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-import numpy as np
-
 from ...datasets.errors import MissingMetadataError, UnreadableFileError
 from ...datasets.metadata import Metadata
 from ...datasets.reading import find_recordings, read
@@ -281,7 +279,7 @@ def _repeated(sources: Sources, kept: dict[Path, tuple[Recording, Matched]]) -> 
     """
     notes, seen = [], {}
     for path, (recording, _) in list(kept.items()):
-        own = hashlib.sha256(np.ascontiguousarray(recording.signals)).digest()
+        own = hashlib.sha256(recording.signals.tobytes()).digest()
         first = seen.setdefault(own, path)
         if first == path:
             continue

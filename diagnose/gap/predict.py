@@ -298,7 +298,7 @@ class Predictor:
             changed = {one.name for one, a, b in zip(channels, record.signals, signals, strict=True) if (a != b).any()}
             rows = np.array([row for row in rows if self.probes[row] in changed], dtype=int)
         if rows.size:
-            seen = [i for i, kind in enumerate(self.kinds) if rate_hz == own or not kind.envelope]
+            seen = np.array([i for i, kind in enumerate(self.kinds) if rate_hz == own or not kind.envelope])
             found[np.ix_(rows, seen)] = lines_of_record(
                 record,
                 probes=[self.probes[row] for row in rows],
