@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...datasets.recording import Campaign, Recording
-from ...simulators.effect import effect_catalogue
+from ...simulators.effect import Effect, effect_catalogue
 from ...simulators.errors import InvalidValueError
 from ...simulators.machine import Machine
 from ...simulators.solvers.blas import single_blas_thread
@@ -116,7 +116,8 @@ def explained(
     left_out = without if only is None else without | (effect_catalogue().keys() - only)
     lacking = (*prepared.found_lines, *standing_out(compared))
     competing = _competing(machine, left_out, compared, own, few, screened, lacking)
-    rhythms = tuple(dict.fromkeys(one.effect for one in competing))
+    # Also those of which the model makes too little: how loud a defect is at a sensor it tells to a factor at best.
+    rhythms = tuple(dict.fromkeys((*_striking(machine, left_out), *(one.effect for one in competing))))
     unheard = not_heard(rhythms, machine, prepared.envelopes)
     has_healthy = problem.at_healthy is not None
     permanent = [one.name for one in competing if has_healthy and one.effect.PERMANENT]
@@ -249,8 +250,7 @@ def _without_rhythm(
     lines: OrderLines, machine: Machine, envelopes: Sequence[Spectrum], without: frozenset[str]
 ) -> OrderLines:
     """Return the lines without those beside the shaft's orders that are part of a rhythm which the envelope shows."""
-    others = frozenset(name for name, effect in effect_catalogue().items() if effect.ROLE not in STRUCK)
-    effects = [one.effect for one in candidates(machine, without=without | others)] if envelopes else []
+    effects = _striking(machine, without) if envelopes else []
     orders = np.array(
         [
             [kind.order_at(order, condition.speed_rpm) for order, kind in zip(lines.orders, lines.kinds, strict=True)]
@@ -258,8 +258,14 @@ def _without_rhythm(
         ]
     )
     aside = np.array([not kind.phase and not kind.envelope for kind in lines.kinds])
-    told = of_a_rhythm(orders, tuple(dict.fromkeys(effects)), machine, envelopes) & aside
+    told = of_a_rhythm(orders, tuple(effects), machine, envelopes) & aside
     return replace(lines, deviations=np.where(told[:, None, :], np.inf, lines.deviations))
+
+
+def _striking(machine: Machine, without: frozenset[str]) -> list[Effect]:
+    """Return the effects that strike in a bearing of the machine, at each of their places."""
+    others = frozenset(name for name, effect in effect_catalogue().items() if effect.ROLE not in STRUCK)
+    return list(dict.fromkeys(one.effect for one in candidates(machine, without=without | others)))
 
 
 def _as_recorded(recordings: Sequence[Recording], channels: Mapping[str, str], like: OrderLines) -> OrderLines:
