@@ -2,7 +2,8 @@
 
 By how much the model is wrong beside them is taken as likely as it can be: a share of what is larger, a line as the
 model makes it or as it was measured, and all of one that it cannot make (run-out at four times the shaft's speed). Such
-a line would else be certain to a share of nothing, and move everything that can be moved.
+a line would else be certain to a share of nothing, and move everything that can be moved. Not of 1X to 3X: a machine
+that is far off would be excused for not making them, and what it lacks would not be asked for.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ from .out_of_reach import out_of_reach
 
 #: Factors of the usual model error of which the likeliest counts.
 ERROR_FACTORS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
+#: Orders that an unbalance and a coupling make.
+OF_EVERY_MACHINE = (1.0, 2.0, 3.0)
 #: Deviations of a sum of squares within which nothing is missed.
 WITHIN = 3.0
 
@@ -27,8 +30,15 @@ def covariance_of_all(current: Baseline, healthy: OrderLines, factor: float) -> 
     """Return the covariance about a machine with the usual model error times a factor, of all that is uncertain."""
     measured = np.where(healthy.seen, healthy.amplitudes, 0.0)
     usual = factor * np.maximum(model_error(current.lines), model_error(measured))
-    errors = error_blocks(healthy.conditions, np.maximum(usual, out_of_reach(current, healthy)))
+    foreign = np.where(_of_every_machine(healthy), 0.0, out_of_reach(current, healthy))
+    errors = error_blocks(healthy.conditions, np.maximum(usual, foreign))
     return line_covariance(healthy, errors, current.slopes, current.prior)
+
+
+def _of_every_machine(healthy: OrderLines) -> np.ndarray:
+    """Return which lines any machine makes, (orders,), bool: one that does not make them is not excused by that."""
+    pairs = zip(healthy.orders, healthy.kinds, strict=True)
+    return np.array([order in OF_EVERY_MACHINE and not (kind.frequency_hz or kind.envelope) for order, kind in pairs])
 
 
 def whitened(current: Baseline, healthy: OrderLines, factor: float) -> tuple[LineCovariance, np.ndarray, float]:
