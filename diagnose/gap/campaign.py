@@ -332,7 +332,7 @@ def _notes(
         unused = [path.name for path in paths if path not in kept]
         if unused:
             more = ", ..." if len(unused) > 6 else ""
-            why = next((f" {text}" for text in unreadable if unused[0] in text), "")
+            why = next((f" {text}" for name in unused for text in unreadable if name in text), "")
             notes.append(f"{len(unused)} of {len(paths)} {what} cannot be used: {', '.join(unused[:6])}{more}.{why}")
     left: dict[tuple[str, str], int] = {}
     for recording, matched in kept.values():

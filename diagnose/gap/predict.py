@@ -245,7 +245,8 @@ class Predictor:
         least_s = min(max(least_s, CHAIN_SAMPLES / rate_hz), self.samples[index] / rate_hz)
         top = {"speed_rad_s": speed, "highest_order": motion.orders[-1], "least_s": least_s, "rate_hz": rate_hz}
         rate_hz = rate_enough(machine, motion.probes, **top)
-        phase = speed * np.arange(math.ceil(least_s * rate_hz)) / rate_hz
+        # Rounding makes no further sample.
+        phase = speed * np.arange(math.ceil(least_s * rate_hz - 1e-6)) / rate_hz
         untouched = self._balanced([motion], moving_part(machine))
         how = {"untouched": None if untouched is None else untouched[0], "rate_hz": rate_hz}
         return self._recorded(machine, motion.probes, motion.waveform(phase), phase, index, **how)
