@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from rotorwise.datasets.recording import Recording
+from rotorwise.diagnose.gap import explain
 from rotorwise.diagnose.gap.envelope_lines import Spectrum, envelopes_of
 from rotorwise.diagnose.gap.heard_rhythm import HEARD, Heard, heard_rhythm
 from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
@@ -116,3 +117,11 @@ def test_what_is_named_acts_beside_something_unknown() -> None:
     assert heard.added("one cause", (), {("unbalance",): 1.0}) == ("one cause", (), {("unbalance",): 1.0})
     unsure = replace(heard, is_sure=False)
     assert unsure.added("unknown", (), {("unknown",): 1.0}) == ("unknown", (), {("unknown",): 1.0})
+
+
+def test_rhythms_are_those_of_all_bearings_whatever_the_model_makes_of_them() -> None:
+    names = {"outer_race_defect", "inner_race_defect", "ball_defect", "cage_defect"}
+    found = {(one.NAME, one.at) for one in explain._striking(test_rig, frozenset())}
+    assert found == {(name, at) for name in names for at in ("bearing_a", "bearing_b")}
+    left = explain._striking(test_rig, frozenset({"cage_defect"}))
+    assert {one.NAME for one in left} == names - {"cage_defect"}
