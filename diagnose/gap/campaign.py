@@ -6,7 +6,6 @@ that cannot be read are left out and told of; what contradicts the machine stops
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
@@ -23,6 +22,7 @@ from ...simulators.parameter import Parameter
 from ..signal.speed import speed_from_tacho
 from .channels import SAME_WAY, Matched, as_probes, match_channels, parse_probes
 from .fitness import UnfitRecordingError, fit
+from .repeated_recordings import without_repeated
 
 BASELINE_FOLDER = "baseline"
 #: Of a longer file the beginning is taken: order lines do not need more.
@@ -155,19 +155,14 @@ def read_campaign(
         raise InvalidValueError(f"Sidecar {sidecar}: no such file. Check --sidecar.")
     declared = machine.bare_assembly().probes
     given, stated = parse_probes(probes, declared), parse_loads(loads, machine)
-    kept: dict[Path, tuple[Recording, Matched]] = {}
-    unreadable, doubts = [], []
-    for path in (*sources.recordings, *sources.baseline):
+
+    def opened(path: Path) -> tuple[Recording, Matched, list[str]]:
         tell(f"reading {path.name}")
-        try:
-            recording = _loaded(_read(path, metadata, sidecar), machine, stated)
-            recording, matched, found = fit(recording, match_channels(recording, declared, given=given))
-        except (UnreadableFileError, MissingMetadataError, UnfitRecordingError) as problem:
-            unreadable.append(str(problem) if path.name in str(problem) else f"{path}: {problem}")
-            continue
-        kept[path] = recording, matched
-        doubts += found
-    repeated = _repeated(sources, kept)
+        recording = _loaded(_read(path, metadata, sidecar), machine, stated)
+        return fit(recording, match_channels(recording, declared, given=given))
+
+    kept, unreadable, doubts = _opened(sources, opened)
+    repeated = without_repeated(kept, sources.baseline)
     _check_left(sources, kept, unreadable)
     shared = _shared(kept, [probe.name for probe in declared])
     ready = {path: _prepared(recording, matched, shared) for path, (recording, matched) in kept.items()}
@@ -183,6 +178,22 @@ def read_campaign(
         *_shortened(doubts),
     )
     return ReadCampaign(campaign, shared, notes, tuple(unreadable), _channels_of(kept, shared))
+
+
+def _opened(
+    sources: Sources, opened: Callable[[Path], tuple[Recording, Matched, list[str]]]
+) -> tuple[dict[Path, tuple[Recording, Matched]], list[str], list[str]]:
+    """Return the recordings that can be used, why others cannot, and what is doubtful about those that can."""
+    kept, unreadable, doubts = {}, [], []
+    for path in (*sources.recordings, *sources.baseline):
+        try:
+            recording, matched, found = opened(path)
+        except (UnreadableFileError, MissingMetadataError, UnfitRecordingError) as problem:
+            unreadable.append(str(problem) if path.name in str(problem) else f"{path}: {problem}")
+            continue
+        kept[path] = recording, matched
+        doubts += found
+    return kept, unreadable, doubts
 
 
 def parse_loads(texts: Sequence[str], machine: Machine) -> dict[str, float]:
@@ -269,26 +280,6 @@ def _check_left(sources: Sources, kept: Mapping[Path, object], unreadable: Seque
             f"None of the {len(names)} recordings of the healthy machine can be used; allowed: one or more, or none "
             f"named at all. {' '.join(own[-2:])} Mend them, or take them away."
         )
-
-
-def _repeated(sources: Sources, kept: dict[Path, tuple[Recording, Matched]]) -> list[str]:
-    """Take recordings away that hold the samples of another one, and return notes on them.
-
-    Counted twice they would be twice as sure. One that is both healthy and to be explained is told only: nobody here
-    knows which it is.
-    """
-    notes, seen = [], {}
-    for path, (recording, _) in list(kept.items()):
-        own = hashlib.sha256(recording.signals.tobytes()).digest()
-        first = seen.setdefault(own, path)
-        if first == path:
-            continue
-        same_role = (first in sources.baseline) == (path in sources.baseline)
-        if same_role:
-            del kept[path]
-        what = "It is left out" if same_role else "One is to be explained, the other healthy: check which it is"
-        notes.append(f"{path} holds the same samples as {first}. {what}.")
-    return notes
 
 
 def _channels_of(kept: Mapping[Path, tuple[Recording, Matched]], shared: Sequence[str]) -> dict[str, str]:

@@ -165,8 +165,9 @@ def put_together(
         baseline, at_calibration = with_bends(at_calibration, healthy, both)
     error = residual_error(at_calibration, healthy) if healthy else UNSEEN * model_error(at_calibration.lines)
     length = error.length if isinstance(error, ModelError) else ERROR_LENGTH_SPEED
-    probes = machine.bare_assembly().probes
-    transfer = learnt(at_calibration, healthy, probes, length=length) if healthy else none_of(measured)
+    way = (
+        learnt(at_calibration, healthy, machine.bare_assembly().probes, length=length) if healthy else none_of(measured)
+    )
     return Prepared(
         measured=measured,
         fitted=fitted,
@@ -177,7 +178,7 @@ def put_together(
         baseline=baseline,
         at_healthy=at_calibration if healthy else None,
         error=error,
-        transfer=replace(transfer, by_record=record_scatter(measured, baseline.lines)),
+        transfer=replace(way, by_record=record_scatter(measured, baseline.lines)),
         pulse_rad=found.pulse_rad if found else 0.0,
         by_lines=by_lines,
         form=found.form if found else None,
