@@ -164,10 +164,7 @@ def put_together(
         both = [(baseline, predictor), (at_calibration, healthy_predictor)]
         baseline, at_calibration = with_bends(at_calibration, healthy, both)
     error = residual_error(at_calibration, healthy) if healthy else UNSEEN * model_error(at_calibration.lines)
-    length = error.length if isinstance(error, ModelError) else ERROR_LENGTH_SPEED
-    way = (
-        learnt(at_calibration, healthy, machine.bare_assembly().probes, length=length) if healthy else none_of(measured)
-    )
+    transfer = _learnt(machine, at_calibration, healthy, error) if healthy else none_of(measured)
     return Prepared(
         measured=measured,
         fitted=fitted,
@@ -178,11 +175,19 @@ def put_together(
         baseline=baseline,
         at_healthy=at_calibration if healthy else None,
         error=error,
-        transfer=replace(way, by_record=record_scatter(measured, baseline.lines)),
+        transfer=replace(transfer, by_record=record_scatter(measured, baseline.lines)),
         pulse_rad=found.pulse_rad if found else 0.0,
         by_lines=by_lines,
         form=found.form if found else None,
     )
+
+
+def _learnt(
+    machine: Machine, at_healthy: Baseline, healthy: OrderLines, error: np.ndarray | ModelError
+) -> TransferError:
+    """Return by how much responses may be wrong, over the speeds over which what the machine misses changes."""
+    length = error.length if isinstance(error, ModelError) else ERROR_LENGTH_SPEED
+    return learnt(at_healthy, healthy, machine.bare_assembly().probes, length=length)
 
 
 def _doubted(
