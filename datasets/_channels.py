@@ -8,11 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
+from .channel_names import channel_index
 from .errors import InvalidValueError, MissingMetadataError
 from .file_content import FileContent
 from .metadata import PER_CHANNEL, ChannelMetadata, Metadata
 from .recording import Channel
 from .units import Unit, parse_sensitivity, parse_unit, require_unit
+
+#: What a sensor of vibration measures, and no tacho.
+VIBRATION = frozenset({"acceleration", "velocity", "displacement"})
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,12 +123,9 @@ def _entry(values: tuple[str, ...], index: int, names: tuple[str, ...], what: st
 
 
 def _position(wanted: str, names: tuple[str, ...], known: list[ChannelMetadata], what: str, path: Path) -> int:
-    new_names = [one.name for one in known]
-    for choices in (names, new_names):
-        if wanted in choices:
-            return list(choices).index(wanted)
-    if wanted.isdigit() and 1 <= int(wanted) <= len(names):
-        return int(wanted) - 1
+    found = channel_index(wanted, names, [one.name for one in known])
+    if found is not None:
+        return found
     raise InvalidValueError(
         f"{path}: {what} {wanted!r} is no channel of this file. Allowed: {', '.join(names)}, or a number "
         f"from 1 to {len(names)}."
@@ -162,12 +163,22 @@ def _scaled(one: ChannelMetadata, file_unit: str | None, name: str, *, hint: str
     if one.tacho or (hint == "tacho" and not (unit and unit.quantity == "rotational_speed")):
         # Only the instants of the pulses count, so a unit given for all channels does no harm here.
         volts = stored if stored is not None and stored.quantity == "voltage" else None
-        return _Scaled("tacho", volts.to_si if volts else 1.0, stated)
+        return _Scaled("tacho", volts.to_si if volts else 1.0, stated, _vibrates(stored, name))
     if one.sensitivity is not None:
         return _through_sensitivity(one.sensitivity, unit, name, stated, warnings)
     if unit is None:
         return _Scaled(None, 1.0, stated, tuple(warnings))
     return _Scaled(unit.quantity, unit.to_si, stated, tuple(warnings))
+
+
+def _vibrates(stored: Unit | None, name: str) -> tuple[str, ...]:
+    """Return a warning where the file says that a tacho is a channel of vibration: that has a period as well."""
+    if stored is None or stored.quantity not in VIBRATION:
+        return ()
+    return (
+        f"Tacho {name} is in {stored.text}, as vibration is, and its phase is no place on the shaft: if it has no "
+        "pulses, correct --tacho.",
+    )
 
 
 def _through_sensitivity(text: str, unit: Unit | None, name: str, stated: str | None, warnings: list[str]) -> _Scaled:

@@ -3,55 +3,7 @@
 Looked for, the first found counts: the path given explicitly; ``FILE.toml`` beside ``FILE.csv``;
 ``recording.toml`` in the file's folder. All keys are optional; an unknown key is an error.
 
-.. code-block:: toml
-
-    [recording]                    # holds for every file
-    rate_hz = 25600.0              # sampling rate, when the file has none or a wrong one
-    unit = "g"                     # for all channels but the tacho; or units = ["g", "g", "V"], one a channel
-    sensitivity = "100 mV/g"       # for channels in volts; or sensitivities = [...]. A WAV file holds shares of the
-                                   # recorder's range: divide by its volts, "10 mV/g" for 100 mV/g at 10 V
-    channel_names = ["X", "Y"]     # also directions = [...], locations = [...]: one for all or one a channel
-    skip = ["spare", 4]            # channels to leave out, by name or number from 1
-    tacho = "keyphasor"            # channel with speed pulses, by name or number from 1
-    pulses_per_revolution = 1.0
-    speed_rpm = 1480.0             # nominal: a hint
-    load = 50.0
-    load_unit = "%"
-    temperature_celsius = 60.0
-    label = "healthy"
-
-    [[channel]]                    # one channel; without match and number, in the file's order
-    match = "*_DE_time"            # the file's channel name, * allowed; or number = 1
-    name = "drive end"
-    unit = "g"
-    sensitivity = "100 mV/g"
-    direction = "vertical"         # radial, horizontal, vertical, tangential, axial, x, y
-    location = "DE"
-    tacho = false
-    skip = false
-
-    [machine]
-    name = "pump 3"
-    line_frequency_hz = 50.0
-    severity_table = "iso20816-3-group2"
-    mounting = "rigid"             # or "flexible"
-    power_kw = 75.0
-    shaft_height_mm = 280.0
-    magnetic_bearing_clearance_m = 0.25e-3
-
-    [[machine.bearing]]
-    designation = "6205"           # of the catalogue, or the text that --bearing takes;
-    location = "DE"                # or: balls, ball_diameter_mm, pitch_diameter_mm, contact_angle_deg
-    shaft_ratio = 1.0              # its shaft's speed over the reference speed
-
-    [[machine.gear]]
-    driver_teeth = 23
-    driven_teeth = 46
-    driver_ratio = 1.0             # driver shaft's speed over the reference speed
-
-    [[file]]                       # overrides [recording] for the files that match; later tables win
-    match = "1800_*.csv"
-    speed_rpm = 1800.0
+``docs/recording.toml`` holds every key with its meaning.
 """
 
 from __future__ import annotations

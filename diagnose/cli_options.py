@@ -41,7 +41,8 @@ Rate = Annotated[
     float | None, option("--rate", value="HZ", text="Sampling rate, when the file has none or a wrong one.")
 ]
 Unit = Annotated[
-    list[str] | None, option("--unit", value="UNIT", text="g, m/s2, mm/s, um, V, ...; repeat: one a channel.")
+    list[str] | None,
+    option("--unit", value="UNIT", text="g, m/s2, mm/s, um, V, ...; repeat: one a channel, in the file's order."),
 ]
 Sensitivity = Annotated[
     list[str] | None,

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from ..simulators.machine import Machine
+    from ..simulators.parameter import Parameter
 
 Name = Annotated[
     str | None, typer.Argument(help="Machine to explain; all are listed when left out.",
@@ -90,9 +91,14 @@ def file_text(machine: Machine) -> str:
     for line in given.splitlines():
         heading = line if line.startswith("[") else heading
         own = declared.get(line.partition(" = ")[0]) if heading == "[parameters]" else None
-        unit = f"{own.unit}: " if own and own.unit else ""
-        lines.append(f"{line}  # {unit}{' '.join(own.meaning.split())}" if own else line)
+        lines.append(f"{line}  # {_comment(own)}" if own else line)
     return "\n".join(lines) + "\n"
+
+
+def _comment(own: Parameter) -> str:
+    unit = f"{own.unit}: " if own.unit else ""
+    lowest, highest = own.bounds
+    return f"{unit}{' '.join(own.meaning.split())}; allowed {lowest:.4g} to {highest:.4g}"
 
 
 def explain(data: dict[str, Any], console: Console) -> None:

@@ -22,6 +22,7 @@ from ...simulators.parameter import Parameter
 from ..signal.speed import speed_from_tacho
 from .channels import SAME_WAY, Matched, as_probes, match_channels, parse_probes
 from .fitness import UnfitRecordingError, fit
+from .reader_warnings import warnings_told
 from .repeated_recordings import without_repeated
 
 BASELINE_FOLDER = "baseline"
@@ -175,6 +176,7 @@ def read_campaign(
         *_notes(sources, kept, shared, machine, unreadable),
         *_idle_patterns(stated, sources),
         *repeated,
+        *warnings_told([recording for recording, _ in kept.values()]),
         *_shortened(doubts),
     )
     return ReadCampaign(campaign, shared, notes, tuple(unreadable), _channels_of(kept, shared))

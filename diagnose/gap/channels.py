@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from ...datasets.channel_names import channel_index
 from ...datasets.recording import Channel, Recording
 from ...datasets.units import SI_UNIT, parse_unit
 from ...simulators.assembly import Probe
@@ -110,10 +111,9 @@ def probe_quantity(probe: Probe) -> str | None:
 
 def _given_channel(recording: Recording, wanted: str) -> int:
     names = [one.name for one in recording.channels]
-    if wanted in names:
-        return names.index(wanted)
-    if wanted.isdigit() and 1 <= int(wanted) <= len(names):
-        return int(wanted) - 1
+    found = channel_index(wanted, names)
+    if found is not None:
+        return found
     raise InvalidValueError(
         f"{_origin(recording)}: --probe names channel {wanted!r}; allowed: {', '.join(names)}, or a number from 1 to "
         f"{len(names)}. Correct it."

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rotorwise.datasets import sidecar as sidecar_file
 from rotorwise.datasets.errors import InvalidValueError, UnreadableFileError
 from rotorwise.datasets.metadata import ChannelMetadata, Metadata, parse_bearing, parse_gears
 from rotorwise.datasets.sidecar import find_sidecar, read_sidecar
@@ -203,6 +205,15 @@ def test_where_a_sidecar_is_looked_for(tmp_path: Path) -> None:
     assert find_sidecar(data, other) == other
     with pytest.raises(UnreadableFileError, match="no such file"):
         find_sidecar(data, tmp_path / "none.toml")
+
+
+def test_the_documented_sidecar_reads_and_has_every_key() -> None:
+    path = Path(__file__).parents[2] / "docs" / "recording.toml"
+    assert read_sidecar(path, Path("1800_a.csv")).speed_rpm == 1800
+    words = set(re.findall(r"\w+", path.read_text()))
+    for table in (sidecar_file._RECORDING, sidecar_file._CHANNEL, sidecar_file._MACHINE, sidecar_file._BEARING):
+        assert set(table) <= words
+    assert set(sidecar_file._GEAR) <= words
 
 
 @pytest.mark.parametrize("sidecar", SIDECARS, ids=lambda path: path.stem)

@@ -102,6 +102,17 @@ def test_names_with_brackets_and_channels_that_are_not_there(tmp_path: Path) -> 
     assert recording.warnings[0].startswith("Metadata for channel 4 is not used: the file has 3")
 
 
+@pytest.mark.parametrize(("tacho", "warned"), [("Key [V]", False), ("Acc [g]", True), ("2", False)])
+def test_tacho_by_its_title_in_the_file_and_vibration_as_tacho(tmp_path: Path, tacho: str, warned: bool) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("Time [s],Acc [g],Key [V]\n" + "".join(f"{k / 100},{k % 7},{k % 5}\n" for k in range(50)))
+    recording = read(path, metadata=Metadata(tacho=tacho))
+    assert [one.quantity for one in recording.channels] == (
+        ["tacho", "voltage"] if warned else ["acceleration", "tacho"]
+    )
+    assert any("in g, as vibration is" in one for one in recording.warnings) is warned
+
+
 @pytest.mark.parametrize(
     ("metadata", "word"),
     [

@@ -20,6 +20,7 @@ from rotorwise.diagnose.gap import fitness
 from rotorwise.diagnose.gap.campaign import find_sources, parse_loads, read_campaign
 from rotorwise.diagnose.gap.channels import as_probes, match_channels, parse_probes
 from rotorwise.diagnose.gap.fitness import UnfitRecordingError, fit
+from rotorwise.diagnose.gap.reader_warnings import warnings_told
 from rotorwise.diagnose.result import SpeedEstimate
 from rotorwise.diagnose.signal.speed import NEAR_HINT
 from rotorwise.simulators.errors import InvalidValueError
@@ -198,6 +199,16 @@ def test_a_recording_that_is_there_twice_counts_once(folder: Path, tmp_path: Pat
     told = [note for note in taken.notes if "the same samples" in note]
     assert ["left out" in note for note in told] == [True, False]
     assert "check which it is" in told[1]
+
+
+def test_what_readers_warn_of_is_told_once_with_the_file() -> None:
+    one, two = recording(Channel("A", "acceleration")), recording(Channel("A", "acceleration"))
+    of_all, of_one = "The given unit contradicts the file's.", "12 time stamps are missing."
+    both = [replace(one, warnings=(of_all, of_one)), replace(two, warnings=(of_all,))]
+    assert warnings_told(both) == [of_all, f"recording: {of_one}"]
+    many = [replace(one, warnings=tuple(map(str, range(9))))]
+    assert warnings_told(many)[:6] == list("012345")
+    assert warnings_told(many)[6:] == ["3 more warnings of the readers; analyse tells them."]
 
 
 def test_a_folder_s_sidecar_holds_for_its_baseline_too(tmp_path: Path) -> None:
