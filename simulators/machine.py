@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from .system import System
 
 FILE_FORMAT = 1
+#: Changed parameters and effects that an error names.
+MOST_NAMED = 6
 
 
 @dataclass(frozen=True)
@@ -114,6 +116,14 @@ class Machine:
     def name(self) -> str:
         """Name of the definition."""
         return self.definition.name
+
+    @property
+    def in_short(self) -> str:
+        """Name, preset, and the first few parameters and effects that differ from it, without their values."""
+        own = [*self.changed, *(one.NAME for one in self.effects)]
+        more = f" and {len(own) - MOST_NAMED} more" if len(own) > MOST_NAMED else ""
+        besides = f" with {', '.join(own[:MOST_NAMED])}{more}" if own else ""
+        return f"{self.name} ({self.preset_name}){besides}"
 
     @property
     def switches(self) -> frozenset[str]:

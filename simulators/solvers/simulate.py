@@ -355,7 +355,7 @@ def _result(
     error: np.ndarray | None,
     remark: str,
 ) -> Simulation:
-    who = f"{machine.name} ({machine.preset_name}) with {dict(machine.changed)} and {list(machine.effects)}"
+    who = machine.in_short
     if not np.all(np.abs(signals) < LARGEST):
         raise SimulationError(
             f"The simulation of {who} grew beyond all bounds or became not a number. Allowed: a motion that stays "
