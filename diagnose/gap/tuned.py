@@ -21,7 +21,7 @@ from .wanted_lines import STRUCK
 #: Supplies of the world, and by how much a line may be off its multiples.
 SUPPLIES_HZ, SUPPLY_WANDER = (50.0, 60.0), 0.005
 #: Places of a prior that are looked at, in standard coordinates, and halvings of the interval between two of them.
-PLACES, HALVINGS = np.linspace(-2.5, 2.5, 51), 40
+PLACES, HALVINGS = np.linspace(-4.0, 4.0, 81), 40
 #: A place this close is met.
 EXACT = 1e-9
 #: Values closer than this share are one: so well is the place of a line known.
