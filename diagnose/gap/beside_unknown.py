@@ -95,7 +95,7 @@ def beside_unknown(
 
 def _repeats(start: Start, problem: Problem) -> bool:
     """Return whether the motion repeats with the shaft: the lines tried here are the shaft's."""
-    return problem.predictor.repeats(problem.baseline.machine.with_effects(start.candidate.at(start.position)))
+    return problem.predictor.repeats(start.candidate.on(problem.baseline.machine, start.position))
 
 
 def _taken_up(fit: Fit, problem: Problem, added: np.ndarray, transfer: TransferError, order: int) -> Fit | None:

@@ -41,6 +41,7 @@ from .shown_lines import may_show, standing_out
 from .size_scale import knees_of, on_scale
 from .slow_sway import slow_sways
 from .struck_rhythm import not_heard, of_a_rhythm
+from .unseen_weight import beside_weight
 from .unsteady import unsteady
 from .verdict import told
 from .wanted_lines import STRUCK, wanted_lines
@@ -122,6 +123,7 @@ def explained(
     has_healthy = problem.at_healthy is not None
     permanent = [one.name for one in competing if has_healthy and one.effect.PERMANENT]
     competing = [one for one in competing if one.effect not in unheard and one.name not in permanent]
+    competing += beside_weight(competing, own, few, screened.lines.deviations)
     competing, rest = _most_explaining(competing, own, few, screened, tell)
     grid = functools.partial(responses, competing, own, few, screened, tell=tell)
     look = functools.partial(atoms_of, machine=own, predictor=few, deviations=screened.lines.deviations, coarsely=True)
@@ -151,7 +153,8 @@ def explained(
     if answer.kind not in ("none", "cannot tell"):
         return answer
     tell("finding what would have shown")
-    limits = detection_limits(tuple(screening.atoms), problem)
+    # Whether the shaft lies nobody knows: a limit holds in both cases.
+    limits = detection_limits([one for one in screening.atoms if not one.beside], problem)
     return replace(answer, detection_limits=limits, remarks=(*answer.remarks, *limit_words(limits)))
 
 

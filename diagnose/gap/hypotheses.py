@@ -38,12 +38,15 @@ class Candidate:
         Parameters that do nothing alone: they only change what others do.
     placed : frozenset of str
         Parameters whose value puts a line where the recordings show one.
+    beside : tuple of Effect
+        What the machine gets with it: weight that it was given without.
     """
 
     effect: Effect
     coordinates: tuple[Coordinate, ...]
     modifiers: frozenset[str] = frozenset()
     placed: frozenset[str] = frozenset()
+    beside: tuple[Effect, ...] = ()
 
     @property
     def name(self) -> str:
@@ -62,6 +65,11 @@ class Candidate:
     def at(self, position: np.ndarray) -> Effect:
         """Return the effect at a position of its coordinates."""
         return self.effect.with_values(**values_at(self.coordinates, position))
+
+    def on(self, machine: Machine, position: np.ndarray) -> Machine:
+        """Return the machine with the effect at a position of its coordinates, and with what goes with it."""
+        further = (one for one in self.beside if one not in machine.effects)
+        return machine.with_effects(*further, self.at(position))
 
     def __str__(self) -> str:
         return f"{self.name} at {self.effect.at}" if self.effect.at else self.name

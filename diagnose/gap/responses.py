@@ -92,9 +92,9 @@ class Responses:
 
 def with_candidates(machine: Machine, chosen: Sequence[Candidate], position: np.ndarray) -> Machine:
     """Return the machine with the candidates' effects at a position of their joint coordinates."""
-    effects, start = [], 0
+    start = 0
     for candidate in chosen:
         stop = start + len(candidate.coordinates)
-        effects.append(candidate.at(position[start:stop]))
+        machine = candidate.on(machine, position[start:stop])
         start = stop
-    return machine.with_effects(*effects)
+    return machine

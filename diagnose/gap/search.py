@@ -185,8 +185,7 @@ def _worth_following(
     return [
         options
         for options in screened
-        if options[0].score > least
-        or predictor.repeats(machine.with_effects(options[0].candidate.at(options[0].position)))
+        if options[0].score > least or predictor.repeats(options[0].candidate.on(machine, options[0].position))
     ], first_look
 
 
@@ -213,7 +212,7 @@ def _begun(
     for rank, options in enumerate(screened):
         one = options[0].candidate
         tell(f"effect {rank + 1} of {len(screened)}: {one}")
-        repeating = [o for o in options if predictor.repeats(machine.with_effects(one.at(o.position)))]
+        repeating = [o for o in options if predictor.repeats(one.on(machine, o.position))]
         repeats = options[0] in repeating
         bent = any(not atom.proportional for atom in screening.atoms[one]) and bool(repeating)
         count = STARTS_OF_BENT if bent else STARTS if repeats else STARTS_IN_TIME
@@ -242,7 +241,7 @@ def _finished(begun: list[tuple[Candidate, list[Climbed]]], problem: Problem) ->
 
     def costs_little(item: tuple[Candidate, list[Climbed]]) -> bool:
         one, tried = item
-        return not one.effect.IDEALISED and predictor.repeats(machine.with_effects(one.at(tried[0].position)))
+        return not one.effect.IDEALISED and predictor.repeats(one.on(machine, tried[0].position))
 
     further = [item for item in begun[FINISHED:] if costs_little(item)][:FURTHER]
     found = []

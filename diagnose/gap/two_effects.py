@@ -14,6 +14,7 @@ import numpy as np
 
 from .climb import FIRST_STEPS, climbed, laws_of
 from .evidence import Comparison, Problem, Widened
+from .first_look import in_the_middle
 from .joint_fit import jointly
 from .null_distribution import chance_of_residual
 from .refine import Fit, nothing, refined
@@ -165,7 +166,7 @@ def hopeless_beside(leader: Fit, none: Fit, unknown: float) -> float:
 def repeat(leader: Fit, partner: Start, problem: Problem) -> bool:
     """Return whether the motion with both repeats with the shaft."""
     machine = leader.machine(problem.baseline.machine)
-    return problem.predictor.repeats(machine.with_effects(partner.candidate.at(partner.position)))
+    return problem.predictor.repeats(partner.candidate.on(machine, partner.position))
 
 
 def best_of_each(fits: Sequence[Fit], *, place: bool = False) -> list[Fit]:
@@ -249,9 +250,8 @@ def screened_beside(
     if leader.candidates[0].effect.STAGE == "sensor" or not few.repeats(machine):
         return screening
     for one in atoms:
-        middle = one.at(np.zeros(len(one.coordinates)))
-        changes = middle.STAGE in stages and one.name not in leader.names
-        if changes and few.repeats(machine.with_effects(middle)):
+        changes = one.effect.STAGE in stages and one.name not in leader.names
+        if changes and few.repeats(in_the_middle(one, machine)):
             tell(f"{one} beside {leader.candidates[0]}")
             atoms[one] = atoms_of(one, machine, few, deviations=screening.compared.lines.deviations)
     return replace(screening, atoms=atoms)

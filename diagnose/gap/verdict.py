@@ -35,6 +35,7 @@ from .shown_lines import sigmas
 from .size_scale import from_scale, in_units
 from .slow_sway import sway_words
 from .tuned import SAME, in_band
+from .unseen_weight import weight_words
 from .unsteady import channels_of, unsteady_words
 from .wanted_lines import is_locked
 from .waveform import SUSPECTED, accounts_for_lines
@@ -181,6 +182,7 @@ def _own_remarks(
     for rival in rivals:
         if rival.candidates:
             said.append(alternative_words(_causes(rival, posterior.probabilities, prepared.baseline.machine)))
+    said += weight_words(best)
     said += loose_law_words(best, posterior.unknown.log_evidence)
     return [*said, *opposing_words(best, here), *one_line_words(best), *_pulse(prepared.pulse_rad)]
 
