@@ -150,7 +150,7 @@ def chance_in_order(candidate: Candidate, response: np.ndarray, compared: Compar
     """Return the chance that noise, within the law's tolerance, leaves as much of one order as a response does."""
     from scipy.stats import chi2
 
-    law = law_columns(compared, response, idealised=candidate.effect.IDEALISED)
+    law = law_columns(compared, response, idealised=candidate.effect.IDEALISED, directed=candidate.is_directed)
     rows = np.concatenate([np.nonzero(part)[2] == order for part in compared.lines.parts])
     left = (compared.factor @ (compared.residual - compared.whitened(response)))[rows]
     directions = (compared.factor @ law.T)[rows]

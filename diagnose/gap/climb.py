@@ -167,7 +167,7 @@ def precision_of(chosen: Sequence[Candidate]) -> np.ndarray:
 def laws_of(compared: Comparison, chosen: Sequence[Candidate], responses: Sequence[np.ndarray]) -> Widened:
     """Return in which directions the laws of effects may be wrong, each for itself."""
     each = zip(chosen, responses, strict=True)
-    found = [law_columns(compared, own, idealised=one.effect.IDEALISED) for one, own in each]
+    found = [law_columns(compared, own, idealised=one.effect.IDEALISED, directed=one.is_directed) for one, own in each]
     return Widened(np.concatenate([np.zeros((0, compared.residual.size)), *found]))
 
 

@@ -263,10 +263,11 @@ def _tolerances(lines: OrderLines, inexact: float = 0.0) -> tuple[np.ndarray, np
     )
 
 
-def law_columns(compared: Comparison, response: np.ndarray, *, idealised: bool) -> np.ndarray:
+def law_columns(compared: Comparison, response: np.ndarray, *, idealised: bool, directed: bool = True) -> np.ndarray:
     """Return the whitened directions in which a response's law may be wrong, shape (directions, reals).
 
-    ``idealised`` says whether the form of the effect's law is an idealisation.
+    ``idealised`` says whether the form of the effect's law is an idealisation, ``directed`` whether it has an angle
+    that makes up for a wrong phase of the strongest order, as its strength does for a wrong size.
     """
     present = np.flatnonzero(np.abs(response).max(axis=(0, 1)) > 0)
     if not present.size:
@@ -277,7 +278,7 @@ def law_columns(compared: Comparison, response: np.ndarray, *, idealised: bool) 
     whole = each.sum(axis=2)
     power = (whole**2).sum(axis=2)
     weaker = power > 1e-3
-    weaker[:, int(np.argmax(power[0]))] = False
+    weaker[: 2 if directed else 1, int(np.argmax(power[0]))] = False
     orders = (law[present, None] * whole)[weaker]
     probes = (apart[present, None, None] * each).reshape(-1, each.shape[-1])
     scattered = compared.whitening.of_each(_scattered_sizes(compared.lines, response))

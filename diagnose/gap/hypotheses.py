@@ -62,6 +62,11 @@ class Candidate:
             if c.parameter.zero is not None and c.parameter.name not in self.modifiers
         )
 
+    @property
+    def is_directed(self) -> bool:
+        """Whether an angle is searched for: a change of stiffness has none."""
+        return any(one.is_angle for one in self.coordinates)
+
     def at(self, position: np.ndarray) -> Effect:
         """Return the effect at a position of its coordinates."""
         return self.effect.with_values(**values_at(self.coordinates, position))

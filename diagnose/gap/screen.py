@@ -271,7 +271,9 @@ def starts(candidate: Candidate, atoms: Sequence[Atom], compared: Comparison) ->
         at_one_angle = _all_at_one_angle(candidate, atoms, compared)
         best.insert(0, at_one_angle or _pursued(candidate, atoms, compared, orders, wanted, best[0]))
     for _, position, response in best:
-        law = Widened(law_columns(compared, response, idealised=candidate.effect.IDEALISED))
+        law = Widened(
+            law_columns(compared, response, idealised=candidate.effect.IDEALISED, directed=candidate.is_directed)
+        )
         value = log_density(compared, wanted - compared.whitened(response), law)
         bounded = np.maximum(position, -SMALL) if len(candidate.strengths) > 1 else position
         found.append(Start(candidate, bounded, value + log_prior(candidate.coordinates, bounded)))

@@ -201,6 +201,16 @@ def test_a_strength_is_known_no_better_than_its_law():
     assert 1 / information == pytest.approx(noise + STRENGTH_TOLERANCE**2, rel=1e-6)
 
 
+def test_where_no_angle_makes_up_for_it_the_strongest_order_may_be_wrong_in_phase():
+    shape = (1, 2, 2)
+    lines = OrderLines((Condition(900.0),), PROBES, ORDERS, np.zeros(shape, complex), np.ones(shape))
+    response = np.array([[[9.0, 3.0j], [12.0, 0.1]]], dtype=complex)
+    compared = replace(comparison(lines, _baseline(1, np.zeros(1), np.zeros(1)), None, None, np.zeros((2, 2))))
+    plain, wider = (law_columns(compared, response, idealised=False, directed=own) for own in (True, False))
+    across = LAW_TOLERANCE * compared.whitened(1j * np.where(np.array(ORDERS) == 1.0, response, 0.0))
+    np.testing.assert_allclose(wider.T @ wider - plain.T @ plain, np.outer(across, across), atol=1e-9)
+
+
 @pytest.mark.parametrize(("idealised", "inexact"), [(False, 1.0), (True, 1.0), (True, 2.0)])
 def test_a_weaker_order_may_be_wrong_by_the_tolerances_of_its_law(idealised, inexact):
     shape = (1, 2, 2)

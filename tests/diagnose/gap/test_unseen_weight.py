@@ -1,4 +1,4 @@
-"""A shaft that lies is often modelled without its weight: a crack that this opens and closes must be found all the same.
+"""A shaft that lies is often modelled without its weight: a crack that this opens and closes must be found.
 
 Nor may a crack of a shaft that stands be lost for that, nor weight be added where the sound machine shows it.
 """
