@@ -14,7 +14,7 @@ from .healthy_evidence import evidence, is_explained
 from .lines import OrderLines
 from .model_form import Extended, extended
 from .predict import Predictor
-from .pulse_place import PLACE_GAIN, Placed, placed_at, placings, turn_nearby, turned
+from .pulse_place import PLACE_GAIN, Placed, is_better, placed_at, placings, turn_nearby, turned
 
 #: How often a place of the pulse is looked for once more when what the model lacks has been added.
 ROUNDS = 2
@@ -82,6 +82,9 @@ def healthy_machine(
     places = places or [placed_at(0.0, machine, (), healthy, predictor, tell=tell)]
     nearest = max(places, key=lambda one: one.evidence)
     places = [_calibrated_anew(one, healthy, predictor, tell) if one is nearest else one for one in places]
+    if able and not as_given:
+        # Before anything is added: forces that turn with the shaft would make up for a pulse that sits elsewhere.
+        places += _turned_on(max(places, key=lambda one: one.evidence), healthy, predictor, reference_rpm, tell)
     best = _likeliest(places, grown, healthy)
     for _ in range(ROUNDS if able else 0):
         placed = best[0]
@@ -98,6 +101,19 @@ def healthy_machine(
     here = turned(healthy, placed.pulse_rad)
     errors = None if as_given else form_errors(placed.at_healthy, here, predictor, reference_rpm=reference_rpm)
     return HealthyMachine(placed.at_healthy, placed.pulse_rad, form, errors)
+
+
+def _turned_on(
+    placed: Placed, healthy: OrderLines, predictor: Predictor, reference_rpm: float, tell: Callable[[str], None]
+) -> list[Placed]:
+    """Return the place of the pulse nearby at which the machine as it is makes the lines likelier, if there is one."""
+    here = turned(healthy, placed.pulse_rad)
+    turn = turn_nearby(placed.at_healthy, here, predictor, reference_rpm=reference_rpm)
+    if not turn:
+        return []
+    angle = math.remainder(placed.pulse_rad + turn, 2 * math.pi)
+    other = placed_at(angle, placed.machine, placed.free, healthy, predictor, tell=tell)
+    return [other] if is_better(other, placed) else []
 
 
 def _calibrated_anew(placed: Placed, healthy: OrderLines, predictor: Predictor, tell: Callable[[str], None]) -> Placed:
