@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,6 +33,8 @@ LONGEST = 1.0
 DAMPING, LEAST_DAMPING, HARDER = 1e-2, 1e-5, 6.0
 #: Shares of the gain promised by the slopes, above which the next step is damped less, and below which more.
 AS_PROMISED, SHORT_OF_PROMISED = 0.75, 0.25
+#: A step that gains what its slopes promised, to this share, bears them out.
+BORNE_OUT = 0.25
 #: A step that gains less is the last one.
 LEAST_GAIN = 0.1
 #: As long as the machine misses its lines, these are doubted by as much, and each step by this factor less: slopes of a
@@ -88,22 +90,41 @@ def settled(
     error = np.maximum(model_error(current.lines), out_of_reach(current, healthy))
     # Where each slope is a simulation there are too few steps for that.
     damping, doubt = DAMPING, math.inf if repeats else 1.0
+    are_fresh = True
     for count in range(most_steps if repeats else MOST_STEPS_IN_TIME):
         tell(f"calibration, step {count + 1}")
         wide = np.maximum(error, size_error(current, healthy))
         covariance = covariance_about(current, healthy, wide)
         doubt = max(min(misfit(current, healthy, covariance), doubt / SURER), 1.0)
         doubted = covariance.times(doubt)
-        trial, gained, damping = _step(current, machine, healthy, predictor, doubted, damping)
-        if trial is not None:
-            # Each slope of a machine that does not repeat is a simulation: the first ones have to do.
-            current = _relinearised(trial, machine, predictor) if repeats else trial
-        else:
+        step, damping = _step(current, machine, healthy, predictor, doubted, damping)
+        is_last = doubt == 1.0 and (step is None or step.gained < LEAST_GAIN)
+        if step is None:
             # Lines that are less doubted may lead on.
             damping = DAMPING
-        if doubt == 1.0 and gained < LEAST_GAIN:
+        elif repeats and abs(step.kept - 1) < BORNE_OUT:
+            current, are_fresh = corrected(current, step.reached), False
+        else:
+            # Each slope of a machine that does not repeat is a simulation: the first ones have to do.
+            current = _relinearised(step.reached, machine, predictor) if repeats else step.reached
+            are_fresh = True
+        if is_last and are_fresh:
             break
-    return current
+        if not are_fresh and (is_last or step is None):
+            current, are_fresh = _relinearised(current, machine, predictor), True
+    return current if are_fresh else _relinearised(current, machine, predictor)
+
+
+def corrected(before: Baseline, after: Baseline) -> Baseline:
+    """Return the machine after a step with slopes that lead there from before it: corrected along the step.
+
+    C. G. Broyden, Mathematics of Computation 19 (1965) 577: one motion instead of one for each slope.
+    """
+    move, own = after.position - before.position, after.position.size
+    missing = after.lines - before.lines - np.tensordot(move, before.slopes[:own], 1)
+    slopes = after.slopes.copy()
+    slopes[:own] += np.multiply.outer(move / (move @ move), missing)
+    return replace(after, slopes=slopes)
 
 
 def misfit(current: Baseline, lines: OrderLines, covariance: LineCovariance) -> float:
@@ -139,11 +160,11 @@ def settled_further(
     for count in range(MOST_STEPS_IN_TIME):
         tell(f"calibration, last step {count + 1}")
         covariance = covariance_about(current, healthy, error)
-        trial, gained, damping = _step(current, machine, healthy, predictor, covariance, damping)
-        if trial is None:
+        step, damping = _step(current, machine, healthy, predictor, covariance, damping)
+        if step is None:
             break
-        current = trial
-        if gained < LEAST_GAIN:
+        current = step.reached
+        if step.gained < LEAST_GAIN:
             break
     return current
 
@@ -165,6 +186,15 @@ def size_error(current: Baseline, healthy: OrderLines) -> np.ndarray:
     return max(float(np.sqrt(np.mean(np.maximum(off, 0.0) ** 2))), SIZES_TO) * larger
 
 
+@dataclass(frozen=True, eq=False)
+class _Step:
+    """Where a step leads, by how much the objective falls, and the share of what the slopes promised."""
+
+    reached: Baseline
+    gained: float
+    kept: float
+
+
 def _step(
     current: Baseline,
     machine: Machine,
@@ -172,8 +202,8 @@ def _step(
     predictor: Predictor,
     covariance: LineCovariance,
     damping: float,
-) -> tuple[Baseline | None, float, float]:
-    """Return the first step that gains anything, how much, and the damping for the next one; None where none gains."""
+) -> tuple[_Step | None, float]:
+    """Return the first step that gains anything, None where none does, and the damping for the next one."""
     # The gains of the probes, part of the covariance, are a share of what the machine makes, and stay so during the
     # step: were they to follow each trial, one that makes more would seem better, as it may be wrong by more; were they
     # a share of what was measured, one that makes less would (R. D. Ball et al., J. High Energy Physics 05 (2010) 075).
@@ -192,9 +222,10 @@ def _step(
             trial, gained = current, 0.0
         if gained > 0:
             promised = float(gradient @ move - 0.5 * move @ curvature @ move)
-            return trial, gained, _damping_after(gained / promised, damping)
+            kept = gained / promised
+            return _Step(trial, gained, kept), _damping_after(kept, damping)
         damping *= HARDER
-    return None, 0.0, damping
+    return None, damping
 
 
 def _damping_after(kept: float, damping: float) -> float:

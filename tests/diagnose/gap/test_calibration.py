@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from rotorwise.diagnose.gap import calibration
-from rotorwise.diagnose.gap.baseline import Baseline, linearised, machine_at, start
+from rotorwise.diagnose.gap.baseline import Baseline, again, linearised, machine_at, shifted, start
 from rotorwise.diagnose.gap.calibration import (
     OWN_SHARE,
     calibrated,
+    corrected,
     left_variance,
     objective,
     residual_error,
@@ -51,6 +52,26 @@ def _healthy(predictor: Predictor, *, seed: int, **factors: float) -> OrderLines
     generator = np.random.default_rng(seed)
     noise = NOISE_M * (generator.normal(size=lines.shape) + 1j * generator.normal(size=lines.shape))
     return OrderLines(predictor.conditions, predictor.probes, ORDERS, lines + noise, np.full(lines.shape, NOISE_M))
+
+
+def test_slopes_corrected_along_a_step_lead_to_where_it_led_and_stay_across_it():
+    predictor, machine = _predictor("amb_rotor"), find_machine("amb_rotor")
+    before = start(machine, predictor)
+    own = before.position.size
+    move = np.where(before.active, 0.3 * np.random.default_rng(1).normal(size=own), 0.0)
+    after = shifted(before, machine, move, predictor)
+    slopes = corrected(before, after).slopes[:own]
+    np.testing.assert_allclose(np.tensordot(move, slopes, 1), after.lines - before.lines, rtol=1e-9, atol=1e-15)
+    across = np.random.default_rng(2).normal(size=own)
+    across -= (across @ move) / (move @ move) * move
+    kept = np.tensordot(across, before.slopes[:own], 1)
+    np.testing.assert_allclose(np.tensordot(across, slopes, 1), kept, rtol=1e-9, atol=1e-15)
+
+
+def test_a_calibrated_machine_has_the_slopes_of_where_it_is():
+    predictor, machine = _predictor("amb_rotor"), find_machine("amb_rotor")
+    found = calibrated(machine, _healthy(predictor, seed=1, **OFF), predictor)
+    np.testing.assert_array_equal(found.slopes, again(found, machine, predictor).slopes)
 
 
 @pytest.mark.parametrize("fails", ["shifted", "again"])

@@ -206,7 +206,7 @@ def test_what_readers_warn_of_is_told_once_with_the_file() -> None:
     of_all, of_one = "The given unit contradicts the file's.", "12 time stamps are missing."
     both = [replace(one, warnings=(of_all, of_one)), replace(two, warnings=(of_all,))]
     assert warnings_told(both) == [of_all, f"recording: {of_one}"]
-    many = [replace(one, warnings=tuple(map(str, range(9))))]
+    many = [replace(one, warnings=tuple(map(str, range(9))))] * 2
     assert warnings_told(many)[:6] == list("012345")
     assert warnings_told(many)[6:] == ["3 more warnings of the readers; analyse tells them."]
 

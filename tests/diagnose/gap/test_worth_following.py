@@ -16,8 +16,8 @@ class _InTime:
     name: str
     strengths: tuple[int, ...] = (0,)
 
-    def at(self, position: object) -> None:
-        """Return what `with_effects` takes."""
+    def on(self, machine: object, position: object) -> None:
+        """Return what `repeats` takes."""
 
 
 def _followed(monkeypatch: pytest.MonkeyPatch, scores: dict[str, float]) -> list[str]:
@@ -29,9 +29,8 @@ def _followed(monkeypatch: pytest.MonkeyPatch, scores: dict[str, float]) -> list
         return SimpleNamespace(candidate=_InTime(name), position=None, score=score)
 
     ranked = [[start(name, score)] for name, score in sorted(scores.items(), key=lambda item: -item[1])]
-    machine = SimpleNamespace(with_effects=lambda effect: None)
     problem = SimpleNamespace(
-        baseline=SimpleNamespace(machine=machine), predictor=SimpleNamespace(repeats=lambda machine: False)
+        baseline=SimpleNamespace(machine=None), predictor=SimpleNamespace(repeats=lambda machine: False)
     )
     screening = SimpleNamespace(best=lambda: ranked, compared=None)
     kept, _ = search._worth_following(screening, problem, None)  # type: ignore[arg-type]
