@@ -26,19 +26,23 @@ def closest_words(fits: Sequence[Fit], none: Fit) -> tuple[str, ...]:
     none : Fit
         Of no effect.
     """
-    fits = [fit for fit in fits if not fit.unknown_beside]
-    if not fits:
-        return ()
-    best = max(fits, key=lambda fit: fit.log_evidence)
-    left = float(best.residual @ Widened(best.law).solve(best.residual))
-    share = 1 - left / max(float(none.residual @ none.residual), 1e-300)
-    if share < WORTH_TELLING:
+    best, share = closest(fits, none)
+    if best is None or share < WORTH_TELLING:
         return ()
     named = " and ".join(str(candidate).replace("_", " ") for candidate in best.candidates)
     explains = "nearly all" if share > NEARLY_ALL else f"{share:.0%}"
     does = "comes closest: it explains" if len(best.candidates) == 1 else "come closest: together they explain"
     said = f"Of the known effects {named} {does} {explains} of what differs, not the rest."
     return (" ".join([said, *_values(best)]),)
+
+
+def closest(fits: Sequence[Fit], none: Fit) -> tuple[Fit | None, float]:
+    """Return the likeliest fit of known effects alone, and the share of what differs that it explains."""
+    best = max((fit for fit in fits if not fit.unknown_beside), key=lambda fit: fit.log_evidence, default=None)
+    if best is None:
+        return None, 0.0
+    left = float(best.residual @ Widened(best.law).solve(best.residual))
+    return best, 1 - left / max(float(none.residual @ none.residual), 1e-300)
 
 
 def _values(fit: Fit) -> list[str]:

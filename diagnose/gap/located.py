@@ -49,6 +49,7 @@ def located_words(compared: Comparison, unknown: Unknown, machine: Machine, pred
     # Forces that turn with the shaft have less freedom; where they are at several places, that is looked at as well.
     kernels = (*force_kernels(machine, predictor), *turning_kernels(machine, predictor))
     names, couplings = line_names(compared.lines, mesh_orders(machine)), {name for name, _ in places_across(machine)}
+    hubs = {one.name for one in machine.bare_assembly().places.values() if "coupling" in one.roles}
     found = []
     for place, orders in places_of(compared, unknown, kernels).items():
         said = joined_words([names[order] for order in orders])
@@ -59,8 +60,9 @@ def located_words(compared: Comparison, unknown: Unknown, machine: Machine, pred
                 "so, by whatever law: check its alignment, cold and hot."
             )
         else:
+            hub = " A misaligned coupling pushes so: check its alignment, cold and hot." if place in hubs else ""
             found.append(
                 f"What is unknown in {said} acts at {place}: forces there describe it clearly better than forces at "
-                "any other place."
+                f"any other place.{hub}"
             )
     return found

@@ -12,7 +12,7 @@ import numpy as np
 from ...simulators.effect import effect_catalogue
 from ...simulators.machine import Machine
 from .changed_transfer import changed_words
-from .closest import closest_words
+from .closest import NEARLY_ALL, closest, closest_words
 from .coordinates import values_at
 from .empirical import AddedForce, as_effect
 from .evidence import Comparison
@@ -177,7 +177,9 @@ def _own_remarks(
     if nameless and posterior.opposed:
         said.append(not_named_words(posterior.opposed[0], here))
     elif nameless:
-        said += located_words(posterior.compared, posterior.unknown, here.baseline.machine, here.predictor)
+        # Where a known effect explains nearly all, a force at one place would be another story.
+        if closest(posterior.fits, posterior.none)[1] <= NEARLY_ALL:
+            said += located_words(posterior.compared, posterior.unknown, here.baseline.machine, here.predictor)
         said += closest_words(posterior.fits, posterior.none)
     for rival in rivals:
         if rival.candidates:
