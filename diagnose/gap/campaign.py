@@ -341,7 +341,7 @@ def _notes(
     notes += [f"Channel {name} is not compared: {why}{_times(n, len(kept))}." for (name, why), n in left.items()]
     parameter = load_parameter(machine)
     silent = [path.name for path, (recording, _) in kept.items() if recording.condition.load is None]
-    if parameter is not None and silent:
+    if parameter is not None and silent and parameter.name not in machine.changed:
         notes.append(
             f"Load not known in {len(silent)} of {len(kept)} recordings: the machine's own "
             f"{machine.values[parameter.name]:g} {parameter.unit} is taken (--load says it)."

@@ -108,7 +108,7 @@ PARAMETERS = (
               _GUESS + "middle of the plate, drawn to the motor by the stator", Uniform(0.0, 0.26)),
     _within("shaft_height_m", "m", 0.13, 1.2, (0.01, 1.0), "shaft above the plate's mass centre", _GUESS + "bench top"),
     _within("mount_depth_m", "m", 0.05, 1.5, (0.001, 1.0), "mounts below the plate's mass centre", _GUESS + "plate"),
-    _within("mount_stiffness_n_m", "N/m", 1.7e4, 3.0, (10.0, 1e13), "vertical, of one of four mounts",
+    _within("mount_stiffness_n_m", "N/m", 1.7e4, 3.0, (10.0, 1e13), "vertical, of one of four mounts; 1e10: no motion",
             _GUESS + "rubber feet, plate alone at 10 Hz"),
     _within("mount_shear_ratio", "", 0.5, 1.5, (0.01, 10.0), "horizontal over vertical stiffness", _GUESS + "rubber"),
     _within("mount_damping_ratio", "", 0.08, 1.5, (0.0, 1.0), "of the plate bouncing on its mounts", _GUESS + "rubber"),

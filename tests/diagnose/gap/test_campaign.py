@@ -335,6 +335,8 @@ def test_an_unknown_load_is_told_of(rig_file: Path) -> None:
     taken = read_campaign(find_sources([rig_file]), RIG, loads=("other*=5",))
     assert "--load other*=5: no recording has such a name." in taken.notes
     assert any(note.startswith("Load not known in 1 of 1 recordings") for note in taken.notes)
+    stated = RIG.with_parameters(shaft_load_kg=2.0)
+    assert not any("Load not known" in note for note in read_campaign(find_sources([rig_file]), stated).notes)
     said = "Channel motor is not compared: rotational speed, direction not known: say with --probe which probe it is."
     assert said in taken.notes
 
