@@ -40,6 +40,9 @@ DOUBT = 0.2
 #: Change of speed within a record, by its tacho, that counts as wander, and growth over the healthy records, which also
 #: holds for what only the phase of 1X shows.
 WANDER, WANDER_GROWTH = 0.002, 3.0
+#: The least that counts where the healthy record nearest in speed has that much less: edges of a tacho are known to a
+#: part of a sample, and make up to so much of their own.
+LEAST_WANDER = 5e-4
 #: Growth over the healthy records from which held samples, steps and trends count, and the least that counts at all:
 #: share of samples held, step over the standard deviation, trend over the standard deviation.
 GROWTH, LEAST_HELD, LEAST_STEP, LEAST_TREND = 4.0, 2e-3, 1e-3, 0.05
@@ -100,6 +103,8 @@ def _wanders(recordings: Sequence[Recording], healthy: Sequence[Recording]) -> b
     """Return whether the speed wanders within most recordings, by the tacho or by the phase of 1X against it."""
     if np.median(variations(recordings)) > max(WANDER, WANDER_GROWTH * variations(healthy).max(initial=0.0)):
         return True
+    if 2 * _grown_wander(recordings, healthy) > len(recordings):
+        return True
     # Every machine's speed wanders a little: without healthy records that tell, it is no news. How little of it shows
     # depends on the speed.
     usual = [(_speed_hz(one), change) for one in healthy if (change := phase_wander(one)[0]) > 0]
@@ -111,6 +116,15 @@ def _wanders(recordings: Sequence[Recording], healthy: Sequence[Recording]) -> b
         before = min(usual, key=lambda known: abs(known[0] - _speed_hz(one)))[1] if shown and usual else WANDER
         grown += shown and change > WANDER_GROWTH * before
     return 2 * grown > len(recordings)
+
+
+def _grown_wander(recordings: Sequence[Recording], healthy: Sequence[Recording]) -> int:
+    """Return in how many recordings the speed varies clearly more than in the healthy one nearest in speed."""
+    usual = [(_speed_hz(one), change) for one in healthy if (change := _variation(one)) > 0]
+    if not usual:
+        return 0
+    pairs = [(_variation(one), min(usual, key=lambda known: abs(known[0] - _speed_hz(one)))[1]) for one in recordings]
+    return sum(change > max(LEAST_WANDER, WANDER_GROWTH * before) for change, before in pairs)
 
 
 def _shows_speed(recording: Recording, name: str) -> bool:

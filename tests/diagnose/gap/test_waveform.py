@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rotorwise.datasets.recording import Channel, Recording
 from rotorwise.diagnose.gap.lost_samples import LEFT
-from rotorwise.diagnose.gap.waveform import seen_in_waveform
+from rotorwise.diagnose.gap.waveform import WANDER, WANDER_GROWTH, seen_in_waveform, variations
 
 SAMPLES, RATE_HZ = 8000, 1000.0
 
@@ -145,6 +145,21 @@ def test_a_single_swing_is_no_drift_and_a_wandering_speed_is_none_of_its_sensor(
     assert seen_in_waveform(swing, healthy, ["a"]) == {}
     steady, wandering = (_with_tacho(share) for share in (0.0, 0.05))
     assert seen_in_waveform([wandering], [steady], ["speed", "a"]).keys() == {"speed_wander"}
+
+
+def test_a_speed_that_varies_by_less_is_news_where_the_healthy_record_at_that_speed_has_far_less():
+    def picked_up(share: float) -> Recording:
+        """The same, with a tacho whose edges are known to far less than a sample."""
+        one = _with_tacho(share)
+        turns = np.cumsum(17.3 * (1 + share * np.linspace(-0.5, 0.5, SAMPLES))) / RATE_HZ
+        return replace(one, signals=np.concatenate([np.sin(2 * np.pi * turns)[None], one.signals[1:]]))
+
+    steady, wandering = picked_up(2e-4), picked_up(1.5e-3)
+    assert WANDER_GROWTH * variations([steady])[0] < variations([wandering])[0] < WANDER
+    assert seen_in_waveform([wandering] * 2, [steady], ["a"]) == {"speed_wander": ()}
+    assert seen_in_waveform([wandering, steady], [steady], ["a"]) == {}
+    assert seen_in_waveform([wandering] * 2, [wandering], ["a"]) == {}
+    assert seen_in_waveform([wandering] * 2, [], ["a"]) == {}
 
 
 def _with_tacho(share: float) -> Recording:
