@@ -166,12 +166,6 @@ def read_campaign(
     repeated = without_repeated(kept, sources.baseline)
     _check_left(sources, kept, unreadable)
     shared = _shared(kept, [probe.name for probe in declared])
-    ready = {path: _prepared(recording, matched, shared) for path, (recording, matched) in kept.items()}
-    campaign = Campaign(
-        tuple(ready[path] for path in sources.recordings if path in ready),
-        tuple(ready[path] for path in sources.baseline if path in ready),
-        name=_name(sources),
-    )
     notes = (
         *_notes(sources, kept, shared, machine, unreadable),
         *_idle_patterns(stated, sources),
@@ -179,7 +173,17 @@ def read_campaign(
         *warnings_told([recording for recording, _ in kept.values()]),
         *_shortened(doubts),
     )
+    campaign = _campaign_of(sources, kept, shared)
     return ReadCampaign(campaign, shared, notes, tuple(unreadable), _channels_of(kept, shared))
+
+
+def _campaign_of(sources: Sources, kept: Mapping[Path, tuple[Recording, Matched]], shared: Sequence[str]) -> Campaign:
+    ready = {path: _prepared(recording, matched, shared) for path, (recording, matched) in kept.items()}
+    return Campaign(
+        tuple(ready[path] for path in sources.recordings if path in ready),
+        tuple(ready[path] for path in sources.baseline if path in ready),
+        name=_name(sources),
+    )
 
 
 def _opened(

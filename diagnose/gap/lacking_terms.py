@@ -226,10 +226,11 @@ def _meshes(machine: Machine) -> list[tuple[Effect, tuple[str, ...]]]:
     assembly = machine.bare_assembly()
     gears = [place.name for place in assembly.places.values() if EmpiricalMesh.ROLE in place.roles]
     effect = EmpiricalMesh(at=gears[0] if gears else "", **dict.fromkeys(itertools.chain(*MESH), 0.0))
-    return [(effect, strengths) for strengths in MESH] if _acts(effect, machine) else []
+    return [(effect, strengths) for strengths in MESH] if acts(effect, machine) else []
 
 
-def _acts(effect: Effect, machine: Machine) -> bool:
+def acts(effect: Effect, machine: Machine) -> bool:
+    """Return whether the machine has the parts on which an effect acts."""
     try:
         effect.contribute(machine.bare_assembly())
     except RotorwiseError:
@@ -241,7 +242,7 @@ def _permanent(machine: Machine) -> list[tuple[Effect, tuple[str, ...]]]:
     """Return what acts on every machine of the kind, but not on this one as it is given."""
     found: list[tuple[Effect, tuple[str, ...]]] = []
     for effect in (kind() for kind in effect_catalogue().values() if kind.PERMANENT):
-        if not _acts(effect, machine):
+        if not acts(effect, machine):
             continue
         strengths = tuple(one.name for one in effect.parameters() if one.zero is not None)
         found.append((effect.with_values(**dict.fromkeys(strengths, 0.0)), strengths))

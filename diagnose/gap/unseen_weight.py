@@ -13,10 +13,10 @@ from dataclasses import replace
 import numpy as np
 
 from ...simulators.effect import Effect, SensorEffect, effect_catalogue
-from ...simulators.errors import RotorwiseError
 from ...simulators.machine import Machine
 from .first_look import INVISIBLE, in_the_middle
 from .hypotheses import Candidate
+from .lacking_terms import acts
 from .predict import Predictor, UnpredictableError
 from .refine import Fit
 
@@ -67,15 +67,9 @@ def weight_words(best: Fit) -> tuple[str, ...]:
 
 def _weights(machine: Machine) -> list[Effect]:
     """Return what acts on every machine of the kind, but not on this one as it is given."""
-    found = []
-    for kind in effect_catalogue().values():
-        if kind.PERMANENT and not any(one.NAME == kind.NAME for one in machine.effects):
-            try:
-                kind().contribute(machine.bare_assembly())
-            except RotorwiseError:
-                continue
-            found.append(kind())
-    return found
+    there = {one.NAME for one in machine.effects}
+    every = [kind() for kind in effect_catalogue().values() if kind.PERMANENT and kind.NAME not in there]
+    return [one for one in every if acts(one, machine)]
 
 
 def _differ(one: Machine, other: Machine, predictor: Predictor, deviations: np.ndarray) -> np.ndarray:
