@@ -20,6 +20,9 @@ SHARED_LINKS = ("recorder", "clock")
 #: Links that each probe may have for itself, and of these the ones that all may share as well: earth.
 SINGLE_LINKS, EARTHED_LINKS = ("mounting", "cable"), ("cable",)
 
+#: Stages whose effects add something that depends on nothing else.
+ADDING_UP = ("force", "sensor")
+
 #: A strength that alone does less than this share of what another does alone is taken to modify that one only.
 MODIFIES = 0.05
 
@@ -133,11 +136,12 @@ def _variants(effect: Effect, reach: Reach, fixed: frozenset[str] = frozenset())
     if len(strengths) < 2:
         return [Candidate(effect, coordinates)]
     reached = {one.name: reach(_alone(effect, coordinates, one.name, frozenset())) for one in strengths}
-    largest = max(reached.values())
-    acting = [name for name, own in reached.items() if own > 0 and (own == largest or own > MODIFIES * largest)]
+    # Forces add up: none only modifies another, however little it does alone.
+    least = 0.0 if effect.STAGE == "force" else MODIFIES * max(reached.values())
+    acting = [name for name, own in reached.items() if own > least]
     modifiers = frozenset(one.name for one in strengths if one.name not in acting)
-    if effect.STAGE == "sensor" and acting:
-        # A flaw of the chain adds up: what changes no line that is compared changes none beside the others.
+    if effect.STAGE in ADDING_UP and acting:
+        # What changes no line that is compared changes none beside the others.
         idle = frozenset(name for name in modifiers if reached[name] == 0)
         effect, coordinates = _without(effect, coordinates, idle)
         modifiers -= idle

@@ -10,6 +10,8 @@ HEALTHY = "healthy"
 FAULT_OF_EFFECT = {
     "unbalance": "unbalance",
     "coupling_misalignment": "misalignment",
+    "axis_misalignment": "misalignment",
+    "coupling_reaction": "misalignment",
     "shaft_bow": "bent_shaft",
     "looseness": "looseness",
     "bolt_loss": "looseness",

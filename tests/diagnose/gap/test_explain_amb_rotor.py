@@ -11,6 +11,7 @@ from rotorwise.diagnose.gap.explain import explain_gap
 from rotorwise.diagnose.gap.result import GapResult
 from rotorwise.diagnose.gap.words import verdict_words
 from rotorwise.simulators import amb_rotor
+from rotorwise.simulators.effects.coupling_reaction import CouplingReaction
 from rotorwise.simulators.effects.coupling_stiffness_harmonics import CouplingStiffnessHarmonics
 from rotorwise.simulators.effects.dropped_samples import DroppedSamples
 from rotorwise.simulators.effects.shaft_bow import ShaftBow
@@ -113,6 +114,24 @@ def test_two_effects_are_found_where_one_changes_what_the_other_makes(real_amb_r
     found = explain_gap(Campaign(both, healthy), amb_rotor, only=competing)
     assert found.kind == "several causes"
     assert {cause.effect for cause in found.causes} == {"shaft_bow", "coupling_stiffness_harmonics"}
+
+
+def test_a_misaligned_coupling_that_pushes_twice_a_revolution_is_found(real_amb_rotor, healthy):
+    hidden = CouplingReaction(
+        forward_2_n=2.0, backward_2_n=6.0, axial_2_n=0.0, forward_3_n=0.0, backward_3_n=3.0, axial_3_n=0.0
+    )
+    records = recorded(real_amb_rotor.with_effects(hidden), SPEEDS_RPM, seed=51, **HOW)
+    rivals = {"coupling_stiffness_harmonics", "coupling_misalignment"}
+    found = explain_gap(Campaign(records, healthy), amb_rotor, only=frozenset(rivals | {"coupling_reaction"}))
+    (cause,) = found.causes
+    assert (cause.effect, cause.at) == ("coupling_reaction", "coupling")
+    assert cause.probability > 0.95
+    for name in ("forward_2_n", "backward_2_n", "backward_3_n"):
+        estimate = cause.parameters[name]
+        assert estimate.low < getattr(hidden, name) < estimate.high, name
+    left_out = explain_gap(Campaign(records, healthy), amb_rotor, only=frozenset({"coupling_misalignment"}))
+    assert left_out.kind == "unknown"
+    assert not left_out.causes
 
 
 def test_without_hypotheses_the_bow_is_not_found(bent, monkeypatch):
