@@ -100,6 +100,8 @@ class Parameter:
         Of an angle: by how much it can be changed without changing anything. A full turn, or a part of it.
     chooses : bool
         Whether it only says which part is meant, the nearest bolt or tooth: it then has no slope.
+    accompanies: bool
+        Of a strength: whether it comes with others of the effect only. Alone it would be another effect.
     """
 
     name: str
@@ -113,6 +115,7 @@ class Parameter:
     only_with: str = ""
     period: float = 2 * math.pi
     chooses: bool = False
+    accompanies: bool = False
 
     def __post_init__(self) -> None:
         for label, value in (("default", self.default), ("zero", self.zero)):
@@ -151,6 +154,7 @@ def parameter(
     only_with: str = "",
     period: float = 2 * math.pi,
     chooses: bool = False,
+    accompanies: bool = False,
 ) -> Any:
     """Return a dataclass field that carries its `Parameter`; the default is the prior's median unless given."""
     if default is None:
@@ -158,7 +162,9 @@ def parameter(
             raise InvalidValueError("A parameter has neither a default nor a prior; give one of the two.")
         default = prior.median
     # The field's name is not known yet; `parameters_of` puts it in.
-    declared = Parameter("", unit, default, bounds, meaning, source, prior, zero, only_with, period, chooses)
+    declared = Parameter(
+        "", unit, default, bounds, meaning, source, prior, zero, only_with, period, chooses, accompanies
+    )
     return dataclasses.field(default=default, metadata={"parameter": declared})
 
 

@@ -17,6 +17,7 @@ from .climb import FIRST_STEPS, climbed
 from .evidence import Comparison, Problem, law_columns
 from .hypotheses import Candidate
 from .lines import OrderLines
+from .own_angles import have_own_angles, that_make
 from .refine import Fit, nothing, refined
 from .screen import Start
 from .screening import Screening, few_of_each
@@ -101,7 +102,8 @@ def _repeats(start: Start, problem: Problem) -> bool:
 def _taken_up(fit: Fit, problem: Problem, added: np.ndarray, transfer: TransferError, order: int) -> Fit | None:
     """Return the fit of one effect, found together with the machine's own unknowns, beside a further covariance.
 
-    None where it is of another kind, or does not make the order.
+    None where it is of another kind, or does not make the order. Of many strengths that add up, those that make other
+    orders are left out: these are unknown here.
     """
     if len(fit.candidates) != 1 or fit.problem is None or fit.compared is None or fit.unknown_beside:
         return None
@@ -109,8 +111,11 @@ def _taken_up(fit: Fit, problem: Problem, added: np.ndarray, transfer: TransferE
     if not problem.predictor.repeats(fit.machine(machine)):
         return None
     widened = replace(fit.compared.widened(added), transfer=transfer, inexact=fit.compared.inexact)
-    found = refined(fit.candidates, fit.position, widened, machine, problem.predictor)
-    makes_it = found and chance_in_order(fit.candidates[0], found.response, widened, order) > MISFIT
+    one, position = fit.candidates[0], fit.position
+    if have_own_angles(one):
+        one, position = that_make(order, one, position, fit.slopes)
+    found = refined([one], position, widened, machine, problem.predictor)
+    makes_it = found and chance_in_order(one, found.response, widened, order) > MISFIT
     return replace(found, problem=fit.problem) if found and makes_it else None
 
 

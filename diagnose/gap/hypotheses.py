@@ -70,6 +70,12 @@ class Candidate:
         """Whether an angle is searched for: a change of stiffness has none."""
         return any(one.is_angle for one in self.coordinates)
 
+    def with_only(self, strengths: frozenset[str]) -> Candidate:
+        """Return the candidate with some of its strengths: the others are absent, and what goes with them."""
+        absent = {self.coordinates[i].parameter.name for i in self.strengths} - strengths
+        effect, coordinates = _without(self.effect, self.coordinates, frozenset(absent))
+        return replace(self, effect=effect, coordinates=coordinates)
+
     def at(self, position: np.ndarray) -> Effect:
         """Return the effect at a position of its coordinates."""
         return self.effect.with_values(**values_at(self.coordinates, position))
@@ -146,8 +152,8 @@ def _variants(effect: Effect, reach: Reach, fixed: frozenset[str] = frozenset())
         effect, coordinates = _without(effect, coordinates, idle)
         modifiers -= idle
     whole = [Candidate(effect, coordinates, modifiers)] if acting else []
-    single = [_alone(effect, coordinates, name, modifiers) for name in acting] if len(acting) > 1 else []
-    return whole + single
+    apart = [one.name for one in strengths if one.name in acting and not one.accompanies] if len(acting) > 1 else []
+    return whole + [_alone(effect, coordinates, name, modifiers) for name in apart]
 
 
 def _alone(effect: Effect, coordinates: tuple[Coordinate, ...], kept: str, modifiers: frozenset[str]) -> Candidate:

@@ -19,6 +19,7 @@ from .coordinates import log_prior
 from .evidence import Comparison, Widened, law_columns, log_density
 from .first_look import is_invisible, moved_to
 from .hypotheses import Candidate
+from .own_angles import at_own_angles, have_own_angles, quarter_turns
 from .predict import Predictor, UnpredictableError
 from .response_shape import SHAPE_LEVELS, ResponseShape, scaled_strengths
 from .responses import Responses
@@ -160,7 +161,10 @@ def _atoms(
         others = [i for i in others if shape.matters(i)]
     bent = moving if not proportional else ()
     most, repeating = (_coarser(count) if coarsely else count for count in (most, MOST_REPEATING))
-    few = _spread(candidate, centre, others, bent, most=most if bent else min(most, MOST_SHAPES))
+    if have_own_angles(candidate):
+        few = quarter_turns(candidate, centre, others, weakly=bent)
+    else:
+        few = _spread(candidate, centre, others, bent, most=most if bent else min(most, MOST_SHAPES))
     # Beside motions that repeat, the few that do not cost more than all others.
     computed = response.prepare(few, most_in_time=MOST_IN_TIME)
     positions = list(itertools.compress(few, computed))
@@ -260,6 +264,9 @@ def starts(candidate: Candidate, atoms: Sequence[Atom], compared: Comparison) ->
         Its residual may be what something else has left.
     """
     wanted = compared.residual
+    if have_own_angles(candidate):
+        few = at_own_angles(candidate, atoms, compared)
+        return [_start(few[0], few[1], few[2], compared)] if few else []
     orders = compared.lines.phase_orders
     rated: list[tuple[float, np.ndarray, np.ndarray]] = []
     for atom in atoms:
@@ -271,13 +278,15 @@ def starts(candidate: Candidate, atoms: Sequence[Atom], compared: Comparison) ->
         at_one_angle = _all_at_one_angle(candidate, atoms, compared)
         best.insert(0, at_one_angle or _pursued(candidate, atoms, compared, orders, wanted, best[0]))
     for _, position, response in best:
-        law = Widened(
-            law_columns(compared, response, idealised=candidate.effect.IDEALISED, directed=candidate.is_directed)
-        )
-        value = log_density(compared, wanted - compared.whitened(response), law)
         bounded = np.maximum(position, -SMALL) if len(candidate.strengths) > 1 else position
-        found.append(Start(candidate, bounded, value + log_prior(candidate.coordinates, bounded)))
+        found.append(_start(candidate, bounded, response, compared))
     return sorted(found, key=lambda one: -one.score)
+
+
+def _start(candidate: Candidate, position: np.ndarray, response: np.ndarray, compared: Comparison) -> Start:
+    law = Widened(law_columns(compared, response, idealised=candidate.effect.IDEALISED, directed=candidate.is_directed))
+    value = log_density(compared, compared.residual - compared.whitened(response), law)
+    return Start(candidate, position, value + log_prior(candidate.coordinates, position))
 
 
 def _rated(

@@ -10,6 +10,7 @@ from .beside_unknown import beside_unknown
 from .climb import FIRST_STEPS, Climbed, climbed
 from .evidence import Comparison, Problem
 from .force_kernels import ForceKernel
+from .further_strengths import with_further_strengths
 from .hills import looked_about, with_hills
 from .hypotheses import Candidate
 from .joint_fit import jointly
@@ -197,6 +198,7 @@ def _singles(
     ``others`` are that of no effect, and the evidence for something unknown.
     """
     finished = _finished(_begun(screened, screening, problem, tell), problem)
+    finished = [with_further_strengths(fit, screening, problem) for fit in finished]
     fits = best_of_each([_scanned(fit, problem) for fit in finished], place=True)
     fits = [looked_about(fit, problem) if _is_rough(fit, *others) else fit for fit in fits[:1]] + fits[1:]
     begun = [fit for fit in fits if fit.log_evidence > others[0].log_evidence - HOPELESS]
@@ -214,7 +216,7 @@ def _begun(
         tell(f"effect {rank + 1} of {len(screened)}: {one}")
         repeating = [o for o in options if predictor.repeats(one.on(machine, o.position))]
         repeats = options[0] in repeating
-        bent = any(not atom.proportional for atom in screening.atoms[one]) and bool(repeating)
+        bent = any(not atom.proportional for atom in screening.atoms.get(one, ())) and bool(repeating)
         count = STARTS_OF_BENT if bent else STARTS if repeats else STARTS_IN_TIME
         # A contact that chatters at its best start may repeat at others, where steps cost little.
         begin = options if repeats else [options[0], *repeating]

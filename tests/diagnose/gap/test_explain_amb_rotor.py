@@ -117,18 +117,18 @@ def test_two_effects_are_found_where_one_changes_what_the_other_makes(real_amb_r
 
 
 def test_a_misaligned_coupling_that_pushes_twice_a_revolution_is_found(real_amb_rotor, healthy):
-    hidden = CouplingReaction(
-        forward_2_n=2.0, backward_2_n=6.0, axial_2_n=0.0, forward_3_n=0.0, backward_3_n=3.0, axial_3_n=0.0
-    )
+    nothing = {p.name: 0.0 for p in CouplingReaction.parameters() if p.zero is not None}
+    hidden = CouplingReaction(**{**nothing, "forward_2_n": 2.0, "backward_2_n": 6.0, "backward_3_n": 3.0})
     records = recorded(real_amb_rotor.with_effects(hidden), SPEEDS_RPM, seed=51, **HOW)
     rivals = {"coupling_stiffness_harmonics", "coupling_misalignment"}
     found = explain_gap(Campaign(records, healthy), amb_rotor, only=frozenset(rivals | {"coupling_reaction"}))
     (cause,) = found.causes
     assert (cause.effect, cause.at) == ("coupling_reaction", "coupling")
     assert cause.probability > 0.95
-    for name in ("forward_2_n", "backward_2_n", "backward_3_n"):
-        estimate = cause.parameters[name]
-        assert estimate.low < getattr(hidden, name) < estimate.high, name
+    strengths = {name: one for name, one in cause.parameters.items() if one.unit != "rad"}
+    # A moment may make up for parameters of the machine that are off.
+    assert strengths.keys() >= {"forward_2_n", "backward_2_n", "backward_3_n"}
+    assert all(one.low < getattr(hidden, name) < one.high for name, one in strengths.items() if "bend" not in name)
     left_out = explain_gap(Campaign(records, healthy), amb_rotor, only=frozenset({"coupling_misalignment"}))
     assert left_out.kind == "unknown"
     assert not left_out.causes
