@@ -29,8 +29,6 @@ ROUNDING = 1e-9
 MOSTLY = 0.5
 #: Coordinate of a strength that is small, not nothing.
 WEAK = -3.0
-#: Turns about the law's tolerance, which follows from what it is the tolerance of.
-ROUNDS = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,16 +83,19 @@ def at_own_angles(
     every = np.array([one for pair in pairs for one in pair.responses])
     white = np.array([compared.whitened(one) for one in every])
     alone = [not candidate.coordinates[pair.strength].parameter.accompanies for pair in pairs]
-    law, chosen = Widened(np.zeros((0, compared.residual.size))), []
-    sizes, response = np.zeros(0), np.zeros(every.shape[1:], dtype=complex)
-    for _ in range(ROUNDS):
-        solved = law.solve(white)
-        chosen = asked_for(Solution(solved @ white.T, solved @ compared.residual), alone)
-        if len(chosen) < 2:
-            return None
-        sizes = Solution(solved @ white.T, solved @ compared.residual).sizes(chosen)
-        response = np.tensordot(sizes, every[columns_of(chosen)], 1)
-        law = Widened(law_columns(compared, response, idealised=candidate.effect.IDEALISED))
+    plain = Solution(white @ white.T, white @ compared.residual)
+    chosen = asked_for(plain, alone)
+    if len(chosen) < 2:
+        return None
+    # What noise alone asks for may be no more than an error of the law, which is that of all of them together.
+    made = np.tensordot(plain.sizes(chosen), every[columns_of(chosen)], 1)
+    solved = Widened(law_columns(compared, made, idealised=candidate.effect.IDEALISED)).solve(white)
+    widened = Solution(solved @ white.T, solved @ compared.residual)
+    chosen = needed(widened, chosen, alone)
+    if len(chosen) < 2:
+        return None
+    sizes = widened.sizes(chosen)
+    response = np.tensordot(sizes, every[columns_of(chosen)], 1)
     places: dict[str, float] = {}
     for pair, (along, across) in zip([pairs[i] for i in chosen], sizes.reshape(-1, 2), strict=True):
         places |= place_of(candidate, pair, float(along), float(across))
@@ -179,7 +180,7 @@ def columns_of(chosen: Sequence[int]) -> np.ndarray:
 
 
 def asked_for(solution: Solution, alone: Sequence[bool]) -> list[int]:
-    """Return which pairs explain enough beside the others; none where no pair that may be alone does."""
+    """Return which pairs explain enough beside the others; none where no pair that may be ``alone`` does."""
     chosen: list[int] = []
     while len(chosen) < len(alone):
         left = [i for i, may in enumerate(alone) if i not in chosen and (chosen or may)]
@@ -188,10 +189,16 @@ def asked_for(solution: Solution, alone: Sequence[bool]) -> list[int]:
         if best < 0 or gains[best] < solution.gain(chosen) + LEAST_GAIN:
             break
         chosen.append(best)
-    while chosen:
-        costs = {i: solution.gain(chosen) - solution.gain([j for j in chosen if j != i]) for i in chosen}
+    return needed(solution, chosen, alone)
+
+
+def needed(solution: Solution, chosen: Sequence[int], alone: Sequence[bool]) -> list[int]:
+    """Return which of some pairs explain enough beside the others; none where no pair that may be ``alone`` does."""
+    kept = list(chosen)
+    while kept:
+        costs = {i: solution.gain(kept) - solution.gain([j for j in kept if j != i]) for i in kept}
         least = min(costs, key=lambda i: costs[i])
         if costs[least] >= LEAST_GAIN:
             break
-        chosen.remove(least)
-    return chosen if any(alone[i] for i in chosen) else []
+        kept.remove(least)
+    return kept if any(alone[i] for i in kept) else []
