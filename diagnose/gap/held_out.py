@@ -233,8 +233,11 @@ def _nearer_without(names: Names, leading: Names) -> str:
 def _refuted(seen: Posterior, prepared: Prepared, leading: Fit) -> tuple[Posterior, tuple[str, ...]]:
     """Return the posterior where the leading hypothesis leaves more of the held-out lines than noise would.
 
-    Something unknown takes its place as far as that predicts them better: every model of a real machine is wrong.
+    Something unknown takes its place as far as that predicts them better: every model of a real machine is wrong. Of a
+    name also where it brings them farther from where they are.
     """
+    if leading.names and predicted_db([leading], prepared)[0] <= -WORSE_DB:
+        return _unnamed(seen, leading.names, _no_nearer(leading.names))
     own, shares = seen.held_out[leading.names], dict(seen.probabilities)
     what = f"With {_said(leading.names)} the model" if leading.names else "The model without any effect"
     text = f"{what} misses the held-out conditions by more than noise (chance {own.own_chance:.0e})"

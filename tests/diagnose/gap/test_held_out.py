@@ -188,6 +188,14 @@ def test_a_name_with_which_the_held_out_lines_are_clearly_farther_is_none(monkey
     assert bool(remarks) is (kind == "unknown")
 
 
+@pytest.mark.parametrize(("own", "kind"), [(-0.8, "one cause"), (-1.2, "unknown")])
+def test_nor_is_one_that_misses_them_by_more_than_noise_though_something_unknown_does_no_better(monkeypatch, own, kind):
+    shares = {LEFT: 0.97, (): 0.02, UNKNOWN: 0.01}
+    found, remarks = _after(monkeypatch, shares, {LEFT: 5.0, (): 0.0}, chance=1e-12, unknown=-10.0, gains={LEFT: own})
+    assert judged(found.probabilities)[0] == kind
+    assert ("no name" in remarks[0]) is (kind == "unknown")
+
+
 def test_an_effect_whose_lines_lie_clearly_nearer_draws_level(monkeypatch):
     shares = {LEFT: 0.97, RIGHT: 1e-13, (): 0.02, UNKNOWN: 0.01}
     densities = {LEFT: 5.0, RIGHT: 5.0, (): -30.0}
