@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .evidence import Comparison, Widened, law_columns
+from .evidence import Comparison, Widened, law_columns, log_density
 from .first_look import moved_to
 from .hypotheses import ADDING_UP, Candidate
 
@@ -85,22 +85,23 @@ def at_own_angles(
     alone = [not candidate.coordinates[pair.strength].parameter.accompanies for pair in pairs]
     plain = Solution(white @ white.T, white @ compared.residual)
     chosen = asked_for(plain, alone)
-    if len(chosen) < 2:
+    found = _Solved.of(chosen, plain, every, white, compared, candidate) if len(chosen) > 1 else None
+    while found is not None and len(found.chosen) > 1:
+        # What noise alone asks for may be no more than an error of the law, which is that of all of them together.
+        fewer = found.widened.without_least(found.chosen)
+        if not any(alone[i] for i in fewer):
+            break
+        less = _Solved.of(fewer, plain, every, white, compared, candidate)
+        if less.density < found.density - LEAST_GAIN:
+            break
+        found = less
+    if found is None or len(found.chosen) < 2:
         return None
-    # What noise alone asks for may be no more than an error of the law, which is that of all of them together.
-    made = np.tensordot(plain.sizes(chosen), every[columns_of(chosen)], 1)
-    solved = Widened(law_columns(compared, made, idealised=candidate.effect.IDEALISED)).solve(white)
-    widened = Solution(solved @ white.T, solved @ compared.residual)
-    chosen = needed(widened, chosen, alone)
-    if len(chosen) < 2:
-        return None
-    sizes = widened.sizes(chosen)
-    response = np.tensordot(sizes, every[columns_of(chosen)], 1)
     places: dict[str, float] = {}
-    for pair, (along, across) in zip([pairs[i] for i in chosen], sizes.reshape(-1, 2), strict=True):
+    for pair, (along, across) in zip([pairs[i] for i in found.chosen], found.sizes.reshape(-1, 2), strict=True):
         places |= place_of(candidate, pair, float(along), float(across))
-    few = candidate.with_only(frozenset(candidate.coordinates[pairs[i].strength].parameter.name for i in chosen))
-    return few, np.array([places[one.parameter.name] for one in few.coordinates]), response
+    few = candidate.with_only(frozenset(candidate.coordinates[pairs[i].strength].parameter.name for i in found.chosen))
+    return few, np.array([places[one.parameter.name] for one in few.coordinates]), found.response
 
 
 def that_make(
@@ -136,7 +137,10 @@ def _pairs(candidate: Candidate, atoms: Sequence[Atom], orders: np.ndarray) -> l
             turned = [atom.response * np.exp(1j * orders * quarter)] if atom.turning == angle else []
             away = [other.position[angle] - atom.position[angle] - quarter for other in own]
             turned += [other.response for other, gap in zip(own, away, strict=True) if abs(gap) < 1e-9]
-            found += [Pair(strength, angle, atom.position, (atom.response, turned[0]))] if turned else []
+            # Of a line without phase there is a size only, whatever the angle.
+            turns = turned and not np.allclose(turned[0], atom.response, rtol=1e-6, atol=0.0)
+            across = turned[0] if turns else np.zeros_like(atom.response)
+            found.append(Pair(strength, angle, atom.position, (atom.response, across)))
     return found
 
 
@@ -169,6 +173,11 @@ class Solution:
         power = self.power[np.ix_(at, at)]
         return np.linalg.solve(power + np.diag(ROUNDING * np.diag(power) + 1e-300), self.along[at])
 
+    def without_least(self, chosen: Sequence[int]) -> list[int]:
+        """Return the pairs without that which explains least beside the others."""
+        left = [[j for j in chosen if j != i] for i in chosen]
+        return max(left, key=self.gain)
+
     def gain(self, chosen: Sequence[int]) -> float:
         """Return half the squared residual that they explain."""
         return 0.5 * float(self.along[columns_of(chosen)] @ self.sizes(chosen)) if chosen else 0.0
@@ -177,6 +186,37 @@ class Solution:
 def columns_of(chosen: Sequence[int]) -> np.ndarray:
     """Return the numbers of the responses of some pairs."""
     return np.array([2 * i + k for i in chosen for k in (0, 1)], dtype=int)
+
+
+@dataclass(frozen=True, eq=False)
+class _Solved:
+    """Some pairs at their best sizes, and the logarithm of the density of the lines there, the law's error included."""
+
+    chosen: Sequence[int]
+    widened: Solution
+    sizes: np.ndarray
+    response: np.ndarray
+    density: float
+
+    @classmethod
+    def of(
+        cls,
+        chosen: Sequence[int],
+        plain: Solution,
+        every: np.ndarray,
+        white: np.ndarray,
+        compared: Comparison,
+        candidate: Candidate,
+    ) -> _Solved:
+        """Solve for some pairs, with the error of the law of what they make without it."""
+        at = columns_of(chosen)
+        made = np.tensordot(plain.sizes(chosen), every[at], 1)
+        law = Widened(law_columns(compared, made, idealised=candidate.effect.IDEALISED))
+        solved = law.solve(white)
+        widened = Solution(solved @ white.T, solved @ compared.residual)
+        sizes = widened.sizes(chosen)
+        density = log_density(compared, compared.residual - sizes @ white[at], law)
+        return cls(chosen, widened, sizes, np.tensordot(sizes, every[at], 1), density)
 
 
 def asked_for(solution: Solution, alone: Sequence[bool]) -> list[int]:
@@ -189,16 +229,9 @@ def asked_for(solution: Solution, alone: Sequence[bool]) -> list[int]:
         if best < 0 or gains[best] < solution.gain(chosen) + LEAST_GAIN:
             break
         chosen.append(best)
-    return needed(solution, chosen, alone)
-
-
-def needed(solution: Solution, chosen: Sequence[int], alone: Sequence[bool]) -> list[int]:
-    """Return which of some pairs explain enough beside the others; none where no pair that may be ``alone`` does."""
-    kept = list(chosen)
-    while kept:
-        costs = {i: solution.gain(kept) - solution.gain([j for j in kept if j != i]) for i in kept}
-        least = min(costs, key=lambda i: costs[i])
-        if costs[least] >= LEAST_GAIN:
+    while chosen:
+        fewer = solution.without_least(chosen)
+        if solution.gain(chosen) - solution.gain(fewer) >= LEAST_GAIN:
             break
-        kept.remove(least)
-    return kept if any(alone[i] for i in kept) else []
+        chosen = fewer
+    return chosen if any(alone[i] for i in chosen) else []
