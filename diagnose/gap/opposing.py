@@ -88,6 +88,11 @@ def not_named_words(fit: Fit, problem: Problem) -> str:
     """Return why two effects that would explain the lines are not named."""
     both = " and ".join(str(candidate).replace("_", " ") for candidate in fit.candidates)
     rest = rest_of_both(fit, problem)
+    if rest >= NEARLY_NOTHING and not same_orders_at_one_speed(fit, problem):
+        return (
+            f"{both[0].upper()}{both[1:]} would explain it together, but point along one line of the shaft, as two "
+            "causes seldom do, and the parts of a third do that they take the shape of: they are not named."
+        )
     if rest >= NEARLY_NOTHING:
         return (
             f"{both[0].upper()}{both[1:]} would explain it together, but make the same orders, and all recordings are "

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from .aligned import not_as_two
 from .beside_unknown import beside_unknown
 from .climb import FIRST_STEPS, Climbed, climbed
 from .evidence import Comparison, Problem
@@ -152,7 +153,7 @@ def search(
     rest = [(one.name, none.log_evidence + more) for one, more in first_look.items() if one not in fitted]
     posterior = replace(_posterior(compared, none, fits, unknown, count, rest), opposed=opposed)
     if next(iter(posterior.probabilities)) != ("unknown",) or not unknown.kernels:
-        return posterior
+        return not_as_two(posterior, problem)
     beside, unlike = beside_unknown(problem, screening, unknown, fits, tell=tell)
     if not beside:
         return posterior
