@@ -11,7 +11,7 @@ FAULT_OF_EFFECT = {
     "unbalance": "unbalance",
     "coupling_misalignment": "misalignment",
     "axis_misalignment": "misalignment",
-    "coupling_reaction": "misalignment",
+    "misalignment_forces": "misalignment",
     "shaft_bow": "bent_shaft",
     "looseness": "looseness",
     "bolt_loss": "looseness",

@@ -11,9 +11,9 @@ from rotorwise.diagnose.gap.explain import explain_gap
 from rotorwise.diagnose.gap.result import GapResult
 from rotorwise.diagnose.gap.words import verdict_words
 from rotorwise.simulators import amb_rotor
-from rotorwise.simulators.effects.coupling_reaction import CouplingReaction
 from rotorwise.simulators.effects.coupling_stiffness_harmonics import CouplingStiffnessHarmonics
 from rotorwise.simulators.effects.dropped_samples import DroppedSamples
+from rotorwise.simulators.effects.misalignment_forces import MisalignmentForces
 from rotorwise.simulators.effects.shaft_bow import ShaftBow
 from rotorwise.simulators.machine import Machine
 
@@ -117,13 +117,13 @@ def test_two_effects_are_found_where_one_changes_what_the_other_makes(real_amb_r
 
 
 def test_a_misaligned_coupling_that_pushes_twice_a_revolution_is_found(real_amb_rotor, healthy):
-    nothing = {p.name: 0.0 for p in CouplingReaction.parameters() if p.zero is not None}
-    hidden = CouplingReaction(**{**nothing, "forward_2_n": 2.0, "backward_2_n": 6.0, "backward_3_n": 3.0})
+    nothing = {p.name: 0.0 for p in MisalignmentForces.parameters() if p.zero is not None}
+    hidden = MisalignmentForces(**{**nothing, "forward_2_n": 2.0, "backward_2_n": 6.0, "backward_3_n": 3.0})
     records = recorded(real_amb_rotor.with_effects(hidden), SPEEDS_RPM, seed=51, **HOW)
     rivals = {"coupling_stiffness_harmonics", "coupling_misalignment"}
-    found = explain_gap(Campaign(records, healthy), amb_rotor, only=frozenset(rivals | {"coupling_reaction"}))
+    found = explain_gap(Campaign(records, healthy), amb_rotor, only=frozenset(rivals | {"misalignment_forces"}))
     (cause,) = found.causes
-    assert (cause.effect, cause.at) == ("coupling_reaction", "coupling")
+    assert (cause.effect, cause.at) == ("misalignment_forces", "coupling")
     assert cause.probability > 0.95
     strengths = {name: one for name, one in cause.parameters.items() if one.unit != "rad"}
     # A moment may make up for parameters of the machine that are off.

@@ -55,7 +55,7 @@ def test_forces_add_up_and_those_that_move_nothing_are_left_out():
         names = {c.parameter.name for c in one.coordinates}
         return 1e-3 if "forward_3_n" in names else float(not any("axial" in name for name in names))
 
-    found = competing("coupling_reaction", reach=reach)
+    found = competing("misalignment_forces", reach=reach)
     assert not any("axial" in c.parameter.name for one in found for c in one.coordinates)
     whole, *single = sorted(found, key=lambda one: -len(one.coordinates))
     assert len(whole.strengths) == 17

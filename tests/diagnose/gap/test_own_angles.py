@@ -24,7 +24,12 @@ PROBES = ("path_1", "path_2", "path_3", "path_4")
 SHAPE, NOISE = (len(SPEEDS_RPM), len(PROBES), len(ORDERS)), 1e-9
 CONDITIONS = tuple(Condition(speed) for speed in SPEEDS_RPM)
 PUT_IN = {
-    "coupling_reaction": {"forward_1_n": 0.3, "backward_2_n": 2.0, "forward_bend_3_n_m": 0.05, "circling_2_kg_m": 1e-5},
+    "misalignment_forces": {
+        "forward_1_n": 0.3,
+        "backward_2_n": 2.0,
+        "forward_bend_3_n_m": 0.05,
+        "circling_2_kg_m": 1e-5,
+    },
     "run_out": {"harmonic_1_m": 2e-6, "harmonic_4_m": 3e-7},
 }
 
@@ -102,13 +107,13 @@ def test_a_strength_is_asked_for_by_sizes_of_a_line_without_phase():
 @pytest.mark.parametrize("values", [{}, {"forward_1_n": 0.3}, {"backward_2_n": 2.0}])
 def test_fewer_than_two_are_another_candidate(values):
     # Noise asks for none; 1X alone is another effect; one strength competes by itself.
-    one = whole("coupling_reaction")
-    compared = compared_with(made("coupling_reaction", **values))
+    one = whole("misalignment_forces")
+    compared = compared_with(made("misalignment_forces", **values))
     assert at_own_angles(one, atoms_of(one, amb_rotor, predictor()), compared) is None
 
 
 def test_those_that_make_an_order_are_told_from_their_slopes():
-    one = whole("coupling_reaction")
+    one = whole("misalignment_forces")
     slopes = np.zeros((len(one.coordinates), *SHAPE), dtype=complex)
     for i in one.strengths:
         order = int(
@@ -123,7 +128,10 @@ def test_those_that_make_an_order_are_told_from_their_slopes():
 
 
 def test_strengths_that_were_missed_are_found_about_the_fit():
-    one, compared = whole("coupling_reaction"), compared_with(made("coupling_reaction", **PUT_IN["coupling_reaction"]))
+    one, compared = (
+        whole("misalignment_forces"),
+        compared_with(made("misalignment_forces", **PUT_IN["misalignment_forces"])),
+    )
     start = one.with_only(frozenset({"backward_2_n"}))
     fit = refined([start], np.zeros(2), compared, amb_rotor, predictor())
     problem: Any = SimpleNamespace(
@@ -132,7 +140,7 @@ def test_strengths_that_were_missed_are_found_about_the_fit():
     assert fit is not None
     found = with_further_strengths(fit, Screening((), compared, {one: (), start: ()}), problem)
     names = {c.parameter.name for c in found.coordinates if not c.is_angle}
-    assert names >= PUT_IN["coupling_reaction"].keys()
+    assert names >= PUT_IN["misalignment_forces"].keys()
     assert found.log_evidence > fit.log_evidence + 100
     # Nothing more is asked for there.
     assert with_further_strengths(found, Screening((), compared, {one: ()}), problem) is found

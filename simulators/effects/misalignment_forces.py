@@ -1,4 +1,4 @@
-"""Reaction of a misaligned flexible coupling: it pushes and bends the shaft ends several times a revolution."""
+"""Misalignment forces: what a misaligned flexible coupling pushes and bends with, several times a revolution."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def _angle(strength: str, times: int) -> Any:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CouplingReaction(Effect):
+class MisalignmentForces(Effect):
     """F exp(i n (phi + a)) + B exp(-i n (phi + b)) in x + i y on the driven half, the opposite on the driving half.
 
     n is 1 to 4. Jaws, teeth, bolts, joints or disc packs are bent anew in every revolution by axes that do not meet,
@@ -74,7 +74,7 @@ class CouplingReaction(Effect):
     than four times a revolution, and what goes with the torque. 1X alone is `coupling_misalignment`.
     """
 
-    NAME = "coupling_reaction"
+    NAME = "misalignment_forces"
     STAGE = "force"
     ROLE = "flexible_coupling"
     MEANING = "A misaligned flexible coupling, whose elements push and bend the shaft ends several times a revolution."

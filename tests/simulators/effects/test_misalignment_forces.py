@@ -1,4 +1,4 @@
-"""Coupling reaction: forces and moments of springs, with, against and along the shaft, and of a mass that circles."""
+"""Misalignment forces: forces and moments of springs, with, against and along the shaft, and of a mass that circles."""
 
 import math
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rotorwise.simulators.assembly import MissingPartError
 from rotorwise.simulators.effects.axis_misalignment import AxisMisalignment
-from rotorwise.simulators.effects.coupling_reaction import CouplingReaction
+from rotorwise.simulators.effects.misalignment_forces import MisalignmentForces
 from rotorwise.simulators.effects.residual_coupling_harmonic import ResidualCouplingHarmonic
 from rotorwise.simulators.machine import find_machine, machine_from_toml
 from rotorwise.simulators.solvers.harmonic_balance import harmonic_balance
@@ -14,7 +14,7 @@ from rotorwise.simulators.solvers.harmonic_balance import harmonic_balance
 RIG, AMB = find_machine("test_rig"), find_machine("amb_rotor")
 #: So soft a coupling that its ends do not give way to it, and nothing else that moves.
 SOFT = AMB.with_parameters(unbalance_kg_m=0.0, coupling_stiffness_n_m=8.0, coupling_rotational_stiffness_n_m_rad=0.01)
-NOTHING = {p.name: 0.0 for p in CouplingReaction.parameters() if p.zero is not None}
+NOTHING = {p.name: 0.0 for p in MisalignmentForces.parameters() if p.zero is not None}
 
 
 def amplitudes(machine, *effects, speed_rpm=2100.0):
@@ -28,7 +28,7 @@ def test_forwards_and_backwards_alike_it_pulses_as_an_offset_that_stands_still(n
     share = AMB.values[f"harmonic_{n}"]
     half = 8.0 * share * 2e-4 / 2
     pulling = direction_rad + math.pi
-    reaction = CouplingReaction(
+    forces = MisalignmentForces(
         **{
             **NOTHING,
             f"forward_{n}_n": half,
@@ -38,7 +38,7 @@ def test_forwards_and_backwards_alike_it_pulses_as_an_offset_that_stands_still(n
         }
     )
     offset = AxisMisalignment(offset_m=2e-4, angle_rad=0.0, offset_direction_rad=direction_rad)
-    one, two = amplitudes(SOFT, reaction)[:, n], amplitudes(SOFT, offset)[:, n]
+    one, two = amplitudes(SOFT, forces)[:, n], amplitudes(SOFT, offset)[:, n]
     assert one == pytest.approx(two, abs=5e-4 * np.abs(two).max())
     figure("Against an offset that stands still, the coupling soft", one, two)
 
@@ -69,16 +69,16 @@ def test_it_is_the_forces_and_moments_that_it_states(n):
         angle_x_cosine_n_m=about_x.real,
         angle_x_sine_n_m=-about_x.imag,
     )
-    one, two = amplitudes(RIG, CouplingReaction(**{**NOTHING, **sizes, **angles})), amplitudes(RIG, stated)
+    one, two = amplitudes(RIG, MisalignmentForces(**{**NOTHING, **sizes, **angles})), amplitudes(RIG, stated)
     assert one == pytest.approx(two, rel=1e-9, abs=1e-9 * np.abs(two).max())
 
 
 @pytest.mark.parametrize("speed_rpm", [900.0, 2400.0])
 def test_a_floating_disc_pulls_with_its_centrifugal_force(speed_rpm):
     # Half of U (2 w)^2 on the driven hub; the motor's end stands still on this machine.
-    circling = CouplingReaction(**{**NOTHING, "circling_2_kg_m": 2e-5, "circling_2_rad": 0.4})
+    circling = MisalignmentForces(**{**NOTHING, "circling_2_kg_m": 2e-5, "circling_2_rad": 0.4})
     force = 2e-5 * (2 * speed_rpm * math.pi / 30) ** 2 / 2
-    turning = CouplingReaction(**{**NOTHING, "forward_2_n": force, "forward_2_rad": 0.4})
+    turning = MisalignmentForces(**{**NOTHING, "forward_2_n": force, "forward_2_rad": 0.4})
     one = amplitudes(AMB, circling, speed_rpm=speed_rpm)
     assert one == pytest.approx(amplitudes(AMB, turning, speed_rpm=speed_rpm), rel=1e-9, abs=1e-18)
     (line,) = circling.signature(AMB)
@@ -88,7 +88,9 @@ def test_a_floating_disc_pulls_with_its_centrifugal_force(speed_rpm):
 @pytest.mark.parametrize("way", ["forward", "backward"])
 @pytest.mark.parametrize("n", [2, 3])
 def test_the_shaft_circles_the_way_that_the_force_turns(way, n):
-    system = AMB.with_parameters(unbalance_kg_m=0.0).with_effects(CouplingReaction(**{**NOTHING, f"{way}_{n}_n": 4.0}))
+    system = AMB.with_parameters(unbalance_kg_m=0.0).with_effects(
+        MisalignmentForces(**{**NOTHING, f"{way}_{n}_n": 4.0})
+    )
     found = harmonic_balance(system, speed_rpm=1500.0).amplitudes
     x, y = found[0, n], found[1, n]
     forwards, backwards = abs(x + 1j * y), abs(np.conj(x) + 1j * np.conj(y))
@@ -98,16 +100,16 @@ def test_the_shaft_circles_the_way_that_the_force_turns(way, n):
 
 
 def test_lines_are_those_that_it_declares_and_a_file_keeps_it():
-    machine = RIG.with_effects(CouplingReaction(**{**NOTHING, "backward_2_n": 3.0, "axial_3_n": 4.0}))
+    machine = RIG.with_effects(MisalignmentForces(**{**NOTHING, "backward_2_n": 3.0, "axial_3_n": 4.0}))
     assert [line.order for line in machine.effects[0].signature(RIG)] == [2.0, 3.0]
     change = np.abs(amplitudes(machine) - amplitudes(RIG)).max(axis=0)
     assert np.delete(change, [2, 3]).max() < 1e-9 * change[[2, 3]].min()
     assert machine_from_toml(machine.to_toml()) == machine
-    every = CouplingReaction().signature(RIG)
+    every = MisalignmentForces().signature(RIG)
     assert [(line.order, line.speed_exponent) for line in every] == [(2.0, None), (3.0, 0.0), (4.0, 0.0), (1.0, 0.0)]
 
 
 def test_a_rigid_flange_and_a_machine_without_coupling_halves_say_so():
     for name in ("rigid_coupling", "gearbox"):
         with pytest.raises(MissingPartError, match="coupling"):
-            find_machine(name).with_effects(CouplingReaction()).system(speed_rpm=1000)
+            find_machine(name).with_effects(MisalignmentForces()).system(speed_rpm=1000)
