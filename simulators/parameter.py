@@ -100,7 +100,7 @@ class Parameter:
         Of an angle: by how much it can be changed without changing anything. A full turn, or a part of it.
     chooses : bool
         Whether it only says which part is meant, the nearest bolt or tooth: it then has no slope.
-    accompanies: bool
+    accompanies : bool
         Of a strength: whether it comes with others of the effect only. Alone it would be another effect.
     """
 

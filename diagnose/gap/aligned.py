@@ -3,7 +3,7 @@
 What one cause makes at 1X, a bent shaft say, a combination of others takes the shape of (a misaligned coupling and an
 unbalance), each in the direction of the one, or against it. Two causes that have nothing to do with each other lie
 within the usual 10 deg of one line in one case of nine. In trials all seven pairs that a bow, left out of the
-catalogue, was called lay so, and one of six true ones (README, "Trials").
+catalogue, was called lay so, and two of five true ones, which are no longer named (README, "Trials").
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def _direction(fit: Fit, own: np.ndarray, numbers: range, problem: Problem) -> t
     angles = [i for i in numbers if fit.coordinates[i].is_angle and fit.coordinates[i].parameter.period > math.pi]
     if not once or not angles:
         return None
-    # In lines of unit noise; a bend along with a push may have an angle of its own: together they turn what is made.
+    # In lines of unit noise. An offset and a tilt have an angle each: only together do they turn all that is made.
     weight = 1 / np.where(lines.seen, lines.deviations, np.inf)
     made = weight * own
     turned = np.array([(weight * fit.slopes[i])[..., once[0]] for i in angles])

@@ -53,8 +53,8 @@ def _whole(one: Candidate, screening: Screening) -> Candidate | None:
 
 def _with_more(fit: Fit, whole: Candidate, problem: Problem) -> Fit | None:
     """Return the fit with the further strengths that are asked for about it; None where none is."""
-    present, compared = _strengths(fit.candidates[0]), problem.plain()
-    absent = sorted(_strengths(whole) - present)
+    present, compared = fit.candidates[0].strength_names, problem.plain()
+    absent = sorted(whole.strength_names - present)
     variants = [whole.with_only(present | {name}) for name in absent]
     pairs = [_beside(fit, one, name, problem) for one, name in zip(variants, absent, strict=True)]
     if not pairs:
@@ -89,7 +89,3 @@ def _beside(fit: Fit, one: Candidate, name: str, problem: Problem) -> Pair:
 
 def _places(fit: Fit) -> dict[str, float]:
     return {one.parameter.name: float(at) for one, at in zip(fit.coordinates, fit.position, strict=True)}
-
-
-def _strengths(one: Candidate) -> frozenset[str]:
-    return frozenset(one.coordinates[i].parameter.name for i in one.strengths)

@@ -66,14 +66,18 @@ class Candidate:
         )
 
     @property
+    def strength_names(self) -> frozenset[str]:
+        """Names of the parameters at which the effect can be absent."""
+        return frozenset(self.coordinates[i].parameter.name for i in self.strengths)
+
+    @property
     def is_directed(self) -> bool:
         """Whether an angle is searched for: a change of stiffness has none."""
         return any(one.is_angle for one in self.coordinates)
 
     def with_only(self, strengths: frozenset[str]) -> Candidate:
         """Return the candidate with some of its strengths: the others are absent, and what goes with them."""
-        absent = {self.coordinates[i].parameter.name for i in self.strengths} - strengths
-        effect, coordinates = _without(self.effect, self.coordinates, frozenset(absent))
+        effect, coordinates = _without(self.effect, self.coordinates, self.strength_names - strengths)
         return replace(self, effect=effect, coordinates=coordinates)
 
     def at(self, position: np.ndarray) -> Effect:

@@ -43,7 +43,7 @@ class Pair:
 
 def have_own_angles(candidate: Candidate) -> bool:
     """Return whether a candidate has several strengths that add up, each with an angle of its own, and nothing else."""
-    strengths = {candidate.coordinates[i].parameter.name for i in candidate.strengths}
+    strengths = candidate.strength_names
     angles = {c.parameter.only_with for c in candidate.coordinates if c.is_angle}
     alone = len(candidate.coordinates) == 2 * len(strengths)
     return candidate.effect.STAGE in ADDING_UP and len(strengths) > 1 and strengths == angles and alone

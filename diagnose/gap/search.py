@@ -217,6 +217,7 @@ def _begun(
         tell(f"effect {rank + 1} of {len(screened)}: {one}")
         repeating = [o for o in options if predictor.repeats(one.on(machine, o.position))]
         repeats = options[0] in repeating
+        # A candidate with some of its strengths has no responses of its own: these add up, and do not bend.
         bent = any(not atom.proportional for atom in screening.atoms.get(one, ())) and bool(repeating)
         count = STARTS_OF_BENT if bent else STARTS if repeats else STARTS_IN_TIME
         # A contact that chatters at its best start may repeat at others, where steps cost little.
