@@ -70,6 +70,19 @@ def test_a_line_too_close_to_a_shaft_order_is_not_seen():
     assert np.isinf(deviation[0])
 
 
+def test_a_line_on_the_flank_of_a_shaft_order_is_seen_where_the_order_is_the_smaller_one():
+    # An oil whirl in a record of 50 turns is so near half an order.
+    order = 3 - 2.6 / TURNS[-1]
+    line = 0.3 * np.cos(2 * np.pi * order * TURNS + 0.4)
+    size, deviation = _sizes(line + 0.01 * np.cos(6 * np.pi * TURNS), [order], [PLAIN], locked=(0.0, 0.0, 0.01))
+    assert size == pytest.approx([0.3], rel=0.1)
+    assert deviation[0] < 0.05
+    # What is left of an order that hunts is no line.
+    left = np.cos(6 * np.pi * TURNS + 0.3 * np.sin(2 * np.pi * TIME_S))
+    size, deviation = _sizes(left, [order], [PLAIN])
+    assert size[0] < 2 * deviation[0]
+
+
 def test_the_envelope_shows_the_depth_of_a_modulation():
     carrier = np.cos(2 * np.pi * 1200 * TIME_S)
     size, _ = _sizes((1 + 0.5 * np.cos(2 * np.pi * 2.95 * TURNS)) * carrier, [2.95], [ENVELOPE])
