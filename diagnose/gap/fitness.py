@@ -9,7 +9,7 @@ from ...datasets.recording import Recording
 from ...simulators.errors import RotorwiseError
 from ..observe import observe
 from ..result import SpeedEstimate
-from ..signal.checks import UNUSABLE, check_channel, repair
+from ..signal.checks import UNUSABLE, check_channel, check_tacho, repair
 from ..signal.speed import NEAR_HINT, speed_from_tacho
 from .channels import Matched
 
@@ -60,6 +60,7 @@ def fit(recording: Recording, matched: Matched) -> tuple[Recording, Matched, lis
         raise UnfitRecordingError(f"{name}: no usable channel. {' '.join(one.split(': ', 1)[1] for one in doubts)}")
     ready = replace(recording, signals=signals)
     speed = _speed(ready, kept, name)
+    doubts += _of_tacho(ready, name)
     if speed.variation > STEADY:
         doubts.append(f"{name}: the speed changes by {speed.variation:.0%}; its lines are averages. Record steadily.")
     return ready, Matched(kept, left), doubts
@@ -94,6 +95,19 @@ def _speed(recording: Recording, kept: dict[int, str], name: str) -> SpeedEstima
             "recording.toml, or leave the recording out."
         )
     return speed
+
+
+def _of_tacho(recording: Recording, name: str) -> list[str]:
+    """Return what was put right in the pulses, of one a turn, where that is worth telling."""
+    if recording.pulses_per_revolution != 1:
+        return []
+    found = [
+        one
+        for channel, signal in zip(recording.channels, recording.signals, strict=True)
+        if channel.quantity == "tacho"
+        for one in check_tacho(repair(signal), rate_hz=recording.rate_hz, name=channel.name)
+    ]
+    return [f"{name}: {one.message}" for one in found if one.severity >= _WORTH_TELLING]
 
 
 def _no_pulses(recording: Recording) -> str:

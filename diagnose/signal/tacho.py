@@ -17,6 +17,10 @@ FEWEST_TURNS = 4
 TOO_EARLY = 0.6
 #: Share of periods that are near those nearby in a train of pulses; and in one that no bounces are looked for in.
 REGULAR, CLEARLY_REGULAR = 0.5, 0.9
+#: Turns that one period may last where pulses are missing.
+MOST_MISSING = 6
+#: Share of the periods nearby that are as long as one turn.
+COMMON = 0.25
 #: A bounce follows after less than this share of the longest distances (this percentile of all), and takes away so much
 #: of the edges that this share is left at most: a few false ones are left to `repaired_pulses`.
 BOUNCE, LONGEST_PERCENT, MOST_LEFT = 0.3, 95.0, 0.75
@@ -104,9 +108,27 @@ def regular_share(times_s: np.ndarray) -> float:
 
 
 def _nearby_period(periods: np.ndarray) -> np.ndarray:
-    half = min(15, (periods.size - 1) // 2)
-    windows = np.lib.stride_tricks.sliding_window_view(np.pad(periods, half, "reflect"), 2 * half + 1)
-    return np.median(windows, axis=1)
+    """Return the middle one of the periods about each; that of one turn, where half of them may be of several."""
+    windows = _windows(periods, 15)
+    middle = np.median(windows, axis=1)
+    if (np.abs(periods / middle - 1.0) < 0.5).mean() >= CLEARLY_REGULAR:
+        return middle
+    windows = _windows(periods, 30)
+    apart = max(windows.shape[1] // 2, 1)
+    some = windows[np.minimum(np.arange(0, periods.size, apart) + apart // 2, periods.size - 1)]
+    # Of the common periods that of which most others are whole multiples.
+    turns = some[:, None, :] / np.maximum(some[:, :, None], 1e-300)
+    whole = np.abs(turns - np.clip(np.round(turns), 1.0, MOST_MISSING)) < EVENLY / 2
+    alike = np.abs(turns - 1.0) < EVENLY / 2
+    best = np.argmax(whole.sum(axis=2) * (alike.mean(axis=2) >= COMMON), axis=1)
+    own = alike[np.arange(len(some)), best]
+    return np.repeat((some * own).sum(axis=1) / own.sum(axis=1), apart)[: periods.size]
+
+
+def _windows(periods: np.ndarray, half: int) -> np.ndarray:
+    """Return the periods about each, up to so many on both sides; shape (periods, about)."""
+    half = min(half, (periods.size - 1) // 2)
+    return np.lib.stride_tricks.sliding_window_view(np.pad(periods, half, "reflect"), 2 * half + 1)
 
 
 def without_bounces(times_s: np.ndarray) -> np.ndarray:

@@ -157,6 +157,27 @@ def test_constant_speed_shows_no_variation(per_turn):
     assert estimate.variation < 1e-3
 
 
+@pytest.mark.parametrize("share", [0.2, 0.35, 0.45])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_train_that_lacks_many_pulses_at_random(share, seed):
+    """Half of the periods are of several turns: the middle one is no turn."""
+    random = np.random.default_rng(seed)
+    pulses, lost = train(steady(41.3)), random.random(200) < share
+    turn = np.floor(steady(41.3) + 0.2).astype(int)
+    estimate, times = found(np.where(lost[turn], 0.0, pulses))
+    assert estimate.speed_hz == pytest.approx(41.3, rel=1e-4)
+    assert np.diff(times) == pytest.approx(1 / 41.3, rel=1e-2)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_train_that_lacks_six_pulses_of_ten_is_right_or_none(seed):
+    random = np.random.default_rng(seed)
+    pulses, lost = train(steady(41.3)), random.random(200) < 0.6
+    turn = np.floor(steady(41.3) + 0.2).astype(int)
+    result = speed_from_tacho(np.where(lost[turn], 0.0, pulses), rate_hz=RATE)
+    assert result is None or result[0].speed_hz == pytest.approx(41.3, rel=1e-4)
+
+
 # --- damaged trains -------------------------------------------------------------------------------------------
 
 
