@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 import os
 import sys
@@ -117,6 +116,8 @@ def gap(
 
     What a file lacks comes from these options or from a recording.toml beside it.
     """
+    from .gap.asked import known_effects
+
     try:
         if check and (report or output):
             raise InvalidValueError(
@@ -131,7 +132,7 @@ def gap(
             sidecar=sidecar,
             probes=tuple(probes or ()),
             loads=tuple(loads or ()),
-            without=_known_effects(without or []),
+            without=known_effects(without or [], "--without"),
             as_given=as_given,
         )
     except RotorwiseError as problem:
@@ -174,18 +175,6 @@ def _sources(files: list[Path], baseline: list[Path]) -> Sources:
     from .gap.campaign import find_sources
 
     return find_sources(files, baseline=baseline)
-
-
-def _known_effects(names: list[str]) -> frozenset[str]:
-    from ..simulators.effect import effect_catalogue
-
-    catalogue = effect_catalogue() if names else {}
-    for name in names:
-        if name not in catalogue:
-            near = difflib.get_close_matches(name, catalogue, n=1)
-            advice = f"Did you mean {near[0]}?" if near else "rotorwise effects lists them."
-            raise InvalidValueError(f"--without {name!r}: no such effect; allowed: names of the catalogue. {advice}")
-    return frozenset(names)
 
 
 def _check_places(work: Work, report: Path | None, output: Path | None, machine: str, *, force: bool) -> None:

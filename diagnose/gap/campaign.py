@@ -6,7 +6,7 @@ that cannot be read are left out and told of; what contradicts the machine stops
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -20,8 +20,9 @@ from ...simulators.errors import InvalidValueError
 from ...simulators.machine import Machine
 from ...simulators.parameter import Parameter
 from ..signal.speed import speed_from_tacho
+from .asked import not_shared
 from .channels import SAME_WAY, Matched, as_probes, match_channels, parse_probes
-from .fitness import UnfitRecordingError, fit
+from .fitness import UnfitRecordingError, fit, in_few_words
 from .reader_warnings import warnings_told
 from .repeated_recordings import without_repeated
 
@@ -32,8 +33,6 @@ MOST_SAMPLES = 4_000_000
 UNITS_OF_LOAD = {("lb", "kg"): 0.45359237, ("lbf", "kg"): 0.45359237, ("kn", "n"): 1e3, ("knm", "nm"): 1e3}
 #: Why a probe is left out that only some recordings have.
 NOT_IN_ALL = "it cannot be used in every recording"
-#: Defects of the data that are told one by one.
-MOST_DOUBTS = 12
 
 Tell = Callable[[str], None]
 
@@ -165,13 +164,13 @@ def read_campaign(
     kept, unreadable, doubts = _opened(sources, opened)
     repeated = without_repeated(kept, sources.baseline)
     _check_left(sources, kept, unreadable)
-    shared = _shared(kept, [probe.name for probe in declared])
+    shared = _shared(sources, kept, [probe.name for probe in declared])
     notes = (
         *_notes(sources, kept, shared, machine, unreadable),
         *_idle_patterns(stated, sources),
         *repeated,
         *warnings_told([recording for recording, _ in kept.values()]),
-        *_shortened(doubts),
+        *in_few_words(doubts),
     )
     campaign = _campaign_of(sources, kept, shared)
     return ReadCampaign(campaign, shared, notes, tuple(unreadable), _channels_of(kept, shared))
@@ -294,17 +293,26 @@ def _channels_of(kept: Mapping[Path, tuple[Recording, Matched]], shared: Sequenc
     return {name: first.channels[i].name for i, name in matched.probes.items() if name in shared}
 
 
-def _shared(kept: Mapping[Path, tuple[Recording, Matched]], names: Sequence[str]) -> tuple[str, ...]:
+def _shared(sources: Sources, kept: Mapping[Path, tuple[Recording, Matched]], names: Sequence[str]) -> tuple[str, ...]:
     """Return the probes that all recordings have, in the machine's order."""
-    own = [set(matched.probes.values()) for _, matched in kept.values()]
-    shared = tuple(name for name in names if all(name in one for one in own))
-    if not shared:
-        words = "; ".join(f"{path.name}: {', '.join(m.probes.values())}" for path, (_, m) in list(kept.items())[:6])
-        raise InvalidValueError(
-            f"The recordings have no probe in common ({words}); allowed: one or more. Leave files out, or say which "
-            "channel is which with --probe."
-        )
-    return shared
+    own = {path: set(matched.probes.values()) for path, (_, matched) in kept.items()}
+
+    def in_all(paths: Collection[Path]) -> list[str]:
+        return [name for name in names if all(name in own[path] for path in paths)]
+
+    shared = in_all(own)
+    if shared:
+        return tuple(shared)
+    measured, healthy = (
+        in_all([path for path in paths if path in own]) for paths in (sources.recordings, sources.baseline)
+    )
+    if measured and healthy and sources.baseline:
+        raise InvalidValueError(not_shared(measured, healthy))
+    words = "; ".join(f"{path.name}: {', '.join(m.probes.values())}" for path, (_, m) in list(kept.items())[:6])
+    raise InvalidValueError(
+        f"The recordings have no probe in common ({words}); allowed: one or more. Leave files out, or say which "
+        "channel is which with --probe."
+    )
 
 
 def _prepared(recording: Recording, matched: Matched, shared: Sequence[str]) -> Recording:
@@ -371,11 +379,6 @@ def _turned(kept: Mapping[Path, tuple[Recording, Matched]], machine: Machine) ->
             if said in ("x", "y", "axial") and ways[name] in ("x", "y", "axial") and said != ways[name]:
                 found[one.name, name] = f"{one.direction}, and probe {name} along {ways[name]}"
     return [f"Channel {own} is {words}. Check --probe." for (own, _), words in found.items()]
-
-
-def _shortened(doubts: Sequence[str]) -> list[str]:
-    more = len(doubts) - MOST_DOUBTS
-    return [*doubts[:MOST_DOUBTS], f"{more} more defects of the data; analyse tells them."] if more > 0 else [*doubts]
 
 
 def _is_phased(recording: Recording) -> bool:

@@ -13,6 +13,7 @@ from ..terminal import escape
 from .campaign import ReadCampaign, has_pulses
 from .lines import ALIKE
 from .observe import shaft_speed_rpm
+from .plausible_sizes import unlike_words
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -32,7 +33,9 @@ def lacking_words(taken: ReadCampaign) -> list[str]:
     """Return what a campaign lacks, that an answer to it will be less sure of."""
     speeds = sorted(shaft_speed_rpm(one) for one in taken.campaign.recordings)
     said = [] if taken.campaign.baseline else [NO_HEALTHY]
-    return said + ([ONE_SPEED] if speeds[-1] <= ALIKE * speeds[0] else [])
+    said += [ONE_SPEED] if speeds[-1] <= ALIKE * speeds[0] else []
+    unlike = unlike_words(taken.campaign, taken.probes)
+    return said + ([unlike] if unlike else [])
 
 
 def campaign_data(taken: ReadCampaign) -> dict[str, Any]:
@@ -48,15 +51,23 @@ def campaign_data(taken: ReadCampaign) -> dict[str, Any]:
 
 
 def _sizes(taken: ReadCampaign) -> dict[str, dict[str, Any]]:
-    """Return quantity, unit and rms about the mean of each probe, the median of the recordings."""
-    recordings = (*taken.campaign.recordings, *taken.campaign.baseline)
-    found = {}
+    """Return quantity, unit and rms about the mean of each probe, the median of the recordings of each role."""
+    campaign, found = taken.campaign, {}
     for name in taken.probes:
-        rows = [[channel.name for channel in one.channels].index(name) for one in recordings]
-        rms = [float(np.nanstd(one.signals[row])) for one, row in zip(recordings, rows, strict=True)]
-        channel = recordings[0].channels[rows[0]]
-        found[name] = {"quantity": channel.quantity, "unit": channel.unit, "rms": float(np.median(rms))}
+        channel = next(one for one in campaign.recordings[0].channels if one.name == name)
+        own = {"quantity": channel.quantity, "unit": channel.unit, "rms": _rms(campaign.recordings, name)}
+        found[name] = own | ({"healthy_rms": _rms(campaign.baseline, name)} if campaign.baseline else {})
     return found
+
+
+def _rms(recordings: Sequence[Recording], name: str) -> float:
+    rows = [[channel.name for channel in one.channels].index(name) for one in recordings]
+    return float(np.median([np.nanstd(one.signals[row]) for one, row in zip(recordings, rows, strict=True)]))
+
+
+def _size_words(one: dict[str, Any]) -> str:
+    healthy = f", healthy {one['healthy_rms']:.3g}" if "healthy_rms" in one else ""
+    return f"{one['rms']:.3g} {one['unit']} rms{healthy}"
 
 
 def _row(one: Recording, role: str) -> dict[str, Any]:
@@ -93,9 +104,7 @@ def show_campaign(taken: ReadCampaign, console: Console) -> None:
             f"{one['rate_hz']:.6g}",
         )
     console.print(table)
-    sized = (
-        f"{taken.channels[name]} is {name} ({one['rms']:.3g} {one['unit']} rms)" for name, one in data["sizes"].items()
-    )
+    sized = (f"{taken.channels[name]} is {name} ({_size_words(one)})" for name, one in data["sizes"].items())
     console.print(f"channels: {escape(', '.join(sized))}")
     for note in data["notes"]:
         console.print(f"[dim]- {escape(note)}[/]")

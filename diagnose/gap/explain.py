@@ -10,9 +10,9 @@ import numpy as np
 
 from ...datasets.recording import Campaign, Recording
 from ...simulators.effect import Effect, effect_catalogue
-from ...simulators.errors import InvalidValueError
 from ...simulators.machine import Machine
 from ...simulators.solvers.blas import single_blas_thread
+from .asked import check_machine, known_effects, shared_probes
 from .changed_transfer import changed_transfers, without_changed
 from .detection_limits import detection_limits, limit_words
 from .envelope_lines import Spectrum, envelopes_of
@@ -30,6 +30,7 @@ from .loose_contact import without_spikes
 from .lost_samples import mended
 from .met_lines import with_met_lines
 from .observe import observe_orders, shaft_speed_rpm, with_floor, with_reference
+from .plausible_sizes import check_alike, check_size_of_machine
 from .predict import Predictor
 from .prepared import REPEATABILITY, Prepared, put_together
 from .probe_ranges import probe_ranges
@@ -95,8 +96,10 @@ def explain_gap(
     Raises
     ------
     InvalidValueError
-        When no channel is a probe of the machine, or a recording cannot be used.
+        When no channel is a probe of the machine, a recording cannot be used, or an effect is not in the catalogue.
     """
+    check_machine(machine)
+    without, only = known_effects(without, "without"), only and known_effects(only, "only")
     tell("observing the recordings")
     prepared = prepare(campaign, machine, without=without, as_given=as_given, tell=tell)
     return explained(prepared, machine, without, only, tell)
@@ -203,7 +206,8 @@ def prepare(
 
     With ``as_given`` nothing is added that the healthy recordings say that the model lacks.
     """
-    channels = _channels(campaign, machine)
+    channels = shared_probes(campaign, machine)
+    check_alike(campaign, list(channels))
     (recordings, spikes), (baseline, earlier) = map(without_spikes, (campaign.recordings, campaign.baseline))
     campaign, spikes = replace(campaign, recordings=recordings, baseline=baseline), (*spikes, *earlier)
     seen = seen_in_waveform(campaign.recordings, campaign.baseline, list(channels))
@@ -236,6 +240,9 @@ def prepare(
     own = _predictor(healthy, campaign.baseline, ranges) if healthy else None
     if healthy and own and predictor.noise is not None and own.noise is not None:
         predictor = replace(predictor, noise=not_of_the_fault(predictor.noise, measured, own.noise, healthy))
+    quantities = {one.name: one.quantity for one in probes if one.name in measured.probes}
+    both = [(measured, predictor), *([(healthy, own)] if healthy and own else [])]
+    check_size_of_machine(machine, both, quantities)
     repeats = predictor.repeats(machine)
     knees = knees_of(every, envelope_only=repeats)
     if np.isfinite(knees).any():
@@ -352,19 +359,3 @@ def _predictor(lines: OrderLines, recordings: Sequence[Recording], ranges: np.nd
     noise = noise_of_records(lines, recordings) if any(kind.envelope for kind in lines.kinds) else None
     seen = (lines.conditions, lines.probes, lines.orders)
     return Predictor(*seen, rates, lengths, lines.kinds, lines.reference, noise, ranges)
-
-
-def _channels(campaign: Campaign, machine: Machine) -> dict[str, str]:
-    """Return the probe of each channel by name: those that every recording has."""
-    if not campaign.recordings:
-        raise InvalidValueError("The campaign has no recording; allowed: one or more to explain. Give recordings.")
-    probes = [probe.name for probe in machine.bare_assembly().probes]
-    names = [{channel.name for channel in one.channels} for one in (*campaign.recordings, *campaign.baseline)]
-    shared = [name for name in probes if all(name in own for own in names)]
-    if not shared:
-        there = ", ".join(channel.name for channel in campaign.recordings[0].channels)
-        raise InvalidValueError(
-            f"No channel is a probe of {machine.name}: the recordings have {there}; the machine has "
-            f"{', '.join(probes)}. Say which is which with --probe CHANNEL=PROBE."
-        )
-    return {name: name for name in shared}

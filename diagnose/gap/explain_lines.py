@@ -9,6 +9,7 @@ import numpy as np
 from ...simulators.errors import InvalidValueError
 from ...simulators.machine import Machine
 from ...simulators.solvers.blas import single_blas_thread
+from .asked import check_machine, known_effects
 from .explain import explained
 from .lines import OrderLines
 from .observe import with_floor, with_reference
@@ -54,6 +55,8 @@ def explain_lines(
     InvalidValueError
         For probes that the machine does not have, lines that do not match, or numbers that are none.
     """
+    check_machine(machine)
+    without, only = known_effects(without, "without"), only and known_effects(only, "only")
     _check(measured, machine, healthy, rate_hz, duration_s)
     measured, *rest = with_reference(
         *(with_floor(one, REPEATABILITY) for one in (measured, healthy) if one is not None)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,6 +22,8 @@ TRUSTED_SPEED = 0.8
 TRUSTED_NEAR_HINT, TRUSTED_AT_HINT, AT_HINT = 0.7, 0.5, 0.004
 #: Change of speed within a record beyond which its lines are averages over different motions.
 STEADY = 0.05
+#: Defects of the data that are told one by one, and files that are named with one.
+MOST_DOUBTS, MOST_FILES = 12, 3
 #: Defects below this severity are no news; what lies at the end of the band does not touch the orders compared.
 _WORTH_TELLING = 0.35
 
@@ -124,3 +128,17 @@ def _needed(speed: SpeedEstimate, stated_rpm: float | None) -> float:
         return TRUSTED_SPEED
     is_there = stated_rpm is not None and abs(speed.speed_rpm / stated_rpm - 1) < AT_HINT
     return TRUSTED_AT_HINT if is_there else TRUSTED_NEAR_HINT
+
+
+def in_few_words(doubts: Sequence[str]) -> list[str]:
+    """Return what is doubtful, texts "FILE: what"; what differs by file and numbers only is told of the first file."""
+    alike: dict[str, list[str]] = {}
+    for text in doubts:
+        alike.setdefault(re.sub(r"\d[\d.]*", "", text.partition(": ")[2]), []).append(text)
+    said = []
+    for first, *more in alike.values():
+        others = [text.partition(": ")[0] for text in more]
+        named = ", ".join(others) if len(others) <= MOST_FILES else f"{len(others)} more recordings"
+        said.append(f"{first} Alike in {named}." if others else first)
+    rest = len(said) - MOST_DOUBTS
+    return [*said[:MOST_DOUBTS], f"{rest} more defects of the data; analyse tells them."] if rest > 0 else said

@@ -287,8 +287,8 @@ def _half_width(order: float, speed_hz: float, resolution_hz: float, kind: LineK
     if kind.envelope or frequency_hz > HALVES_TO * speed_hz:
         return half
     clear = _clear(frequency_hz, speed_hz)
-    # The middle of a locked order's main lobe is no part of the line's band; what else is left of it doubts the line. Of
-    # a drift, which is not told from a line, nothing is.
+    # The middle of a locked order's main lobe is no part of the line's band; what else is left of it doubts the line.
+    # Of a drift, which is not told from a line, nothing is.
     lobe = MAIN_LOBE if frequency_hz < speed_hz / 4 else MAIN_LOBE / 2
     room = min(KEPT_CLEAR * clear, clear - lobe * resolution_hz)
     return min(half, room) if room >= least / 2 else 0.0

@@ -17,7 +17,7 @@ SPEEDS_RPM = (600.0, 900.0, 1300.0, 1700.0)
 HIDDEN = Unbalance(at="rotor_2", moment_kg_m=8e-3, angle_rad=0.8)
 READ_FROM = {"rate_hz": 500.0, "duration_s": 6.0}
 COMPETING = frozenset(
-    ("unbalance", "rotating_coupling_force", "coupling_misalignment", "lost_bolt", "remounted_sensor", "run_out")
+    ("unbalance", "rotating_coupling_force", "coupling_misalignment", "bolt_loss", "remounted_sensor", "run_out")
 )
 #: How well a line repeats, and the instrument's resolution.
 SHARE, LEAST_M = 0.01, 2e-7
