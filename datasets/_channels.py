@@ -126,8 +126,9 @@ def _position(wanted: str, names: tuple[str, ...], known: list[ChannelMetadata],
     found = channel_index(wanted, names, [one.name for one in known])
     if found is not None:
         return found
+    called = [one.name or own for one, own in zip(known, names, strict=True)]
     raise InvalidValueError(
-        f"{path}: {what} {wanted!r} is no channel of this file. Allowed: {', '.join(names)}, or a number "
+        f"{path}: {what} {wanted!r} is no channel of this file. Allowed: {', '.join(called)}, or a number "
         f"from 1 to {len(names)}."
     )
 

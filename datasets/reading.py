@@ -115,8 +115,8 @@ def find_recordings(paths: Paths, *, recursive: bool = False) -> tuple[list[Path
 
     A file that is named is a recording, whatever it is: reading it then says what is wrong. Of a folder the
     files that a reader recognises are taken, sorted by name, and those with a suffix that only recordings have
-    (a damaged WAV); sidecars, reports, documents and hidden files are passed over, and any other file goes to
-    the second list, for the caller to tell.
+    (a damaged WAV), or an empty file with any that they have; sidecars, reports, documents and hidden files are
+    passed over, and any other file goes to the second list, for the caller to tell.
 
     Raises
     ------
@@ -135,10 +135,16 @@ def find_recordings(paths: Paths, *, recursive: bool = False) -> tuple[list[Path
             try:
                 find_reader(file)
             except UnreadableFileError:
-                (found if file.suffix.casefold() in _only_recordings() else left_out).append(file)
+                # An empty file is one that is still being written, or was not copied.
+                known = _suffixes() if not file.stat().st_size else _only_recordings()
+                (found if file.suffix.casefold() in known else left_out).append(file)
             else:
                 found.append(file)
     return found, left_out
+
+
+def _suffixes() -> set[str]:
+    return {suffix for reader in all_readers() for suffix in reader.SUFFIXES}
 
 
 def _only_recordings() -> set[str]:

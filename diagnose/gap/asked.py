@@ -77,8 +77,8 @@ def not_shared(measured: Sequence[str], healthy: Sequence[str]) -> str:
     """Return the message that healthy recordings show nothing of what the others show."""
     return (
         f"The healthy recordings have no probe in common with the others: these have {', '.join(measured)}, the "
-        f"healthy ones {', '.join(healthy)}; allowed: one or more in common. Say which channel is which with --probe, or "
-        "leave the healthy recordings out."
+        f"healthy ones {', '.join(healthy)}; allowed: one or more in common. Say which channel is which with --probe, "
+        "or leave the healthy recordings out."
     )
 
 

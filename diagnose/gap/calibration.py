@@ -15,6 +15,7 @@ import numpy as np
 from ...simulators.machine import Machine
 from .baseline import Baseline, again, shifted, start
 from .boxed_step import boxed_step
+from .constant_error import with_constant_parts
 from .coordinates import Coordinate
 from .error_smoothness import length_of
 from .healthy_evidence import fitted
@@ -276,10 +277,12 @@ def residual_error(current: Baseline, healthy: OrderLines) -> ModelError:
     left, power, noise = _left(current, healthy)
     shape, parts = power.shape[1:], healthy.part_counts
     chosen, growth, least = np.zeros(shape), np.zeros(shape), np.full((shape[0], 2), np.inf)
+    likeliest: dict[int, np.ndarray] = {}
     for exponent in GROWTHS if speeds.max() > FEW_SPEEDS * speeds.min() else GROWTHS[:1]:
         scale = speeds[:, None, None] ** (2 * exponent)
         # Of lines divided by the growth: their noise is divided as well.
         variance, cost = _likeliest(power / scale, noise / scale, parts, within=ONE_DEVIATION)
+        likeliest[exponent] = variance
         cost = cost + parts / 2 * np.where(np.isfinite(noise), np.log(scale), 0.0).sum(axis=0)
         for kind in (0, 1):
             own = with_phase == bool(kind)
@@ -288,10 +291,15 @@ def residual_error(current: Baseline, healthy: OrderLines) -> ModelError:
             least[:, kind] = np.minimum(least[:, kind], total)
             chosen, growth = np.where(better, variance, chosen), np.where(better, exponent, growth)
     usual = np.maximum(model_error(current.lines) ** 2, _as_others(current, healthy, power, noise))
-    usual = usual / np.exp(np.log(speeds).mean()) ** (2 * growth)
-    own_share = OWN_SHARE if healthy.spectrum_on_scale else 0.0
-    found = ModelError(np.sqrt(np.maximum(chosen, usual)), growth, own_share=own_share)
-    return replace(found, length=length_of(healthy.conditions, left, noise, found, parts))
+    mean_speed, own_share = np.exp(np.log(speeds).mean()), OWN_SHARE if healthy.spectrum_on_scale else 0.0
+
+    def grown(variance: np.ndarray, power: np.ndarray) -> ModelError:
+        return ModelError(np.sqrt(np.maximum(variance, usual / mean_speed ** (2 * power))), power, own_share=own_share)
+
+    each = [grown(variance, np.full(shape, float(one))) for one, variance in likeliest.items()]
+    seen = healthy.conditions, left, noise
+    found = with_constant_parts(grown(chosen, growth), each, *seen, parts)
+    return replace(found, length=length_of(*seen, found, parts))
 
 
 def _as_others(current: Baseline, healthy: OrderLines, power: np.ndarray, noise: np.ndarray) -> np.ndarray:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...simulators.parameter import Uniform
+from ...simulators.parameter import Parameter, Uniform
 from .coordinates import values_at
 from .evidence import Widened
 from .hypotheses import Candidate
 from .refine import Fit
+from .result import Estimate
+from .words import parameter_label, value_words
 
 #: Share of what differs that an effect must explain to be told, and from which on it explains nearly all.
 WORTH_TELLING, NEARLY_ALL = 0.5, 0.99
@@ -51,8 +53,8 @@ def _values(fit: Fit) -> list[str]:
     for candidate in fit.candidates:
         stop = start + len(candidate.coordinates)
         values = values_at(candidate.coordinates, fit.position[start:stop])
-        strengths = [candidate.coordinates[number].parameter.name for number in candidate.strengths]
-        found += [f"{name} {values[name]:.3g}" for name in strengths]
+        strengths = [candidate.coordinates[number].parameter for number in candidate.strengths]
+        found += [_said(one, values[one.name]) for one in strengths if values[one.name] != one.zero]
         at_bound += _at_bounds(candidate, values)
         start = stop
     said = [f"Fitted to it all the same: {', '.join(found)}."] if found else []
@@ -69,7 +71,11 @@ def _at_bounds(candidate: Candidate, values: dict[str, float]) -> list[str]:
         usual = (prior.low, prior.high) if isinstance(prior, Uniform) else ()
         # The end where the effect is absent says nothing.
         ends = [end for end in dict.fromkeys((*parameter.bounds, *usual)) if end != parameter.zero]
-        found += [
-            f"{parameter.name} = {end:g}" for end in ends if abs(values[parameter.name] - end) <= AT_BOUND * abs(end)
-        ]
+        found += [_said(parameter, end) for end in ends if abs(values[parameter.name] - end) <= AT_BOUND * abs(end)]
     return found
+
+
+def _said(parameter: Parameter, value: float) -> str:
+    """Return the name of a parameter and its value in a readable unit."""
+    label = parameter_label(parameter.name, parameter.unit)
+    return f"{label} {value_words(value, Estimate(value, value, value, parameter.unit))}"

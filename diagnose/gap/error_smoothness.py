@@ -35,32 +35,30 @@ def length_of(
     parts : ndarray (orders,)
         Of how many parts each line is: 2, or 1 of one without phase.
     """
-    known = conditions, left, noise, error, parts
-    found, best = ERROR_LENGTH_SPEED, _likelihood(*known, ERROR_LENGTH_SPEED) + LEAST_RISE
+
+    def likelihood(length: float) -> float:
+        return float(line_likelihoods(conditions, left, noise, replace(error, length=length), parts).sum())
+
+    found, best = ERROR_LENGTH_SPEED, likelihood(ERROR_LENGTH_SPEED) + LEAST_RISE
     for length in LENGTHS:
-        own = _likelihood(*known, length)
+        own = likelihood(length)
         if own > best:
             found, best = length, own
     return found
 
 
-def _likelihood(
-    conditions: tuple[Condition, ...],
-    left: np.ndarray,
-    noise: np.ndarray,
-    error: ModelError,
-    parts: np.ndarray,
-    length: float,
-) -> float:
-    """Return the logarithm of the likelihood of all lines, up to a constant; each has an error of its own."""
+def line_likelihoods(
+    conditions: tuple[Condition, ...], left: np.ndarray, noise: np.ndarray, error: ModelError, parts: np.ndarray
+) -> np.ndarray:
+    """Return the logarithm of each line's likelihood, up to a constant, (probes, orders); see `length_of`."""
     seen = np.isfinite(noise)
     size = np.where(seen, error.at(conditions), 0.0)
     # What is not seen is 0 with variance 1: it adds a constant.
     own = np.moveaxis(np.where(seen, noise, 1.0), 0, -1)
     each, values = np.moveaxis(size, 0, -1), np.moveaxis(np.where(seen, left, 0.0), 0, -1)
-    covariance = replace(error, length=length).alike(conditions) * each[..., :, None] * each[..., None, :]
+    covariance = error.alike(conditions) * each[..., :, None] * each[..., None, :]
     covariance = covariance + own[..., None] * np.eye(len(conditions))
     lower = np.linalg.cholesky(covariance)
     white = np.linalg.solve(lower, values[..., None])
     log_determinant = 2 * np.log(np.diagonal(lower, axis1=-2, axis2=-1)).sum(axis=-1)
-    return float(-0.5 * (np.abs(white) ** 2).sum() - 0.5 * (parts * log_determinant).sum())
+    return -0.5 * (np.abs(white) ** 2).sum(axis=(-2, -1)) - 0.5 * parts * log_determinant

@@ -164,7 +164,8 @@ def _annotated(body: str, result: GapResult) -> Iterator[str]:
         name, equals, _ = line.partition(" = ")
         remark = ""
         if equals and current is None and name in given and fitted[name] != given[name]:
-            remark = f"calibrated; given: {given[name]:.6g}"
+            beside = ", fitted beside what was added" if result.causes or result.empirical else ""
+            remark = f"calibrated{beside}; given: {given[name]:.6g}"
         elif equals and current is not None and effect == EmpiricalForce.NAME and result.empirical:
             # The last ones: the machine as given may have some of its own.
             own = numbers[effect] - sum(effect == e.NAME for e in result.extended.effects) + len(result.empirical)

@@ -142,9 +142,9 @@ def _complex(value: complex) -> dict[str, float | None]:
 
 
 def _changed(result: GapResult) -> dict[str, dict[str, float | None]]:
-    given, fitted = result.machine.values, result.calibrated.values
+    given, fitted, extended = result.machine.values, result.calibrated.values, result.extended.values
     return {
-        name: {"given": number(given[name]), "fitted": number(value)}
+        name: {"given": number(given[name]), "fitted": number(value), "extended": number(extended[name])}
         for name, value in fitted.items()
-        if value != given[name]
+        if {value, extended[name]} != {given[name]}
     }

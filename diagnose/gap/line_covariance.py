@@ -98,6 +98,7 @@ def line_covariance(
 def noisy(errors: np.ndarray, lines: OrderLines) -> np.ndarray:
     """Return model error and noise of each line, (2, probes, orders, conditions, conditions); 0 where unseen."""
     seen = seen_in(lines.parts)
+    errors = errors if lines.constant is None else errors + lines.constant[..., None, None] ** 2
     noise = np.where(seen, np.moveaxis(lines.deviations, 0, -1), 0.0) ** 2
     return (seen[..., :, None] & seen[..., None, :]) * errors + _on_diagonal(noise)
 

@@ -81,6 +81,8 @@ class OrderLines:
         For each order, the number of the probe whose phase counts as 0 in conditions that are not tied.
     knees : ndarray (probes, orders), optional
         Of the scale on which sizes of lines without phase are (`size_scale.py`); they are in units when not given.
+    constant : ndarray (probes, orders), optional
+        Standard deviation of what a line may have alike in all conditions (`track_run_out.py`).
     """
 
     conditions: tuple[Condition, ...]
@@ -91,6 +93,7 @@ class OrderLines:
     kinds: tuple[LineKind, ...] = ()
     reference: tuple[int, ...] = ()
     knees: np.ndarray | None = None
+    constant: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         count = len(self.orders)

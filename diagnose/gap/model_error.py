@@ -31,12 +31,15 @@ class ModelError:
         Relative change of speed over which they change much.
     own_share : float
         Share of the variance that no other condition has in common with one, however near.
+    common : ndarray (probes, orders) or float
+        Share of the variance, beside which the others count, that all conditions have in common, however far.
     """
 
     deviation: np.ndarray
     growth: np.ndarray
     length: float = ERROR_LENGTH_SPEED
     own_share: float = 0.0
+    common: np.ndarray | float = 0.0
 
     def at(self, conditions: Sequence[Condition]) -> np.ndarray:
         """Return the deviation in each condition, shape (conditions, probes, orders)."""
@@ -44,9 +47,11 @@ class ModelError:
         return self.deviation * speeds**self.growth
 
     def alike(self, conditions: tuple[Condition, ...]) -> np.ndarray:
-        """Return how alike it is in two conditions, from 0 to 1, shape (conditions, conditions)."""
-        common = similarity(conditions, self.length)
-        return common + self.own_share * (np.eye(len(conditions)) - common)
+        """Return how alike each line's is in two conditions, 0 to 1, shape (probes, orders, conditions, conditions)."""
+        near = similarity(conditions, self.length)
+        changing = near + self.own_share * (np.eye(len(conditions)) - near)
+        constant = np.broadcast_to(self.common, self.deviation.shape)[..., None, None]
+        return constant + (1 - constant) * changing
 
 
 def error_blocks(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -18,12 +19,13 @@ from .form_error import FormErrors
 from .healthy_machine import healthy_machine
 from .lines import OrderLines
 from .loose_contact import Spikes
-from .model_error import ERROR_LENGTH_SPEED, ModelError, model_error
+from .model_error import ModelError, model_error
 from .model_form import Extended
 from .predict import Predictor, UnpredictableError
 from .pulse_place import turned
 from .record_scatter import record_scatter
 from .slow_sway import Sway
+from .track_run_out import beside_run_out
 from .transfer_error import TransferError, learnt, none_of
 from .unsteady import Unsteady
 from .without_healthy import UNSEEN, OnLines, on_lines_to_explain, pulse_doubted
@@ -148,9 +150,10 @@ def put_together(
     found, by_lines = None, None
     if healthy and healthy_predictor:
         highest = max(one.speed_rpm for one in (*measured.conditions, *healthy.conditions))
-        found = healthy_machine(
-            machine, healthy, healthy_predictor, reference_rpm=highest, as_given=as_given, tell=tell
+        calibrated = functools.partial(
+            healthy_machine, machine, predictor=healthy_predictor, reference_rpm=highest, as_given=as_given, tell=tell
         )
+        found, healthy = beside_run_out(calibrated, healthy, machine, healthy_predictor)
         measured, healthy = turned(measured, found.pulse_rad), turned(healthy, found.pulse_rad)
         at_calibration = settled_further(found.at_healthy, healthy, healthy_predictor, tell=tell)
     else:
@@ -165,6 +168,8 @@ def put_together(
         baseline, at_calibration = with_bends(at_calibration, healthy, both)
     error = residual_error(at_calibration, healthy) if healthy else UNSEEN * model_error(at_calibration.lines)
     transfer = _learnt(machine, at_calibration, healthy, error) if healthy else none_of(measured)
+    # From here on the model error has it.
+    healthy = healthy and replace(healthy, constant=None)
     return Prepared(
         measured=measured,
         fitted=fitted,
@@ -186,8 +191,8 @@ def _learnt(
     machine: Machine, at_healthy: Baseline, healthy: OrderLines, error: np.ndarray | ModelError
 ) -> TransferError:
     """Return by how much responses may be wrong, over the speeds over which what the machine misses changes."""
-    length = error.length if isinstance(error, ModelError) else ERROR_LENGTH_SPEED
-    return learnt(at_healthy, healthy, machine.bare_assembly().probes, length=length)
+    known = {"length": error.length, "constant": error.common} if isinstance(error, ModelError) else {}
+    return learnt(at_healthy, healthy, machine.bare_assembly().probes, **known)
 
 
 def _doubted(

@@ -93,7 +93,12 @@ def none_of(lines: OrderLines) -> TransferError:
 
 
 def learnt(
-    current: Baseline, healthy: OrderLines, probes: Sequence[Probe], *, length: float = ERROR_LENGTH_SPEED
+    current: Baseline,
+    healthy: OrderLines,
+    probes: Sequence[Probe],
+    *,
+    length: float = ERROR_LENGTH_SPEED,
+    constant: np.ndarray | float = 0.0,
 ) -> TransferError:
     """Return by which share the calibrated machine misses healthy lines that it makes itself.
 
@@ -108,6 +113,8 @@ def learnt(
         Of the machine, in any order.
     length : float
         Relative change of speed over which what the machine misses changes much.
+    constant : ndarray (probes, orders) or float
+        Share of the variance of that which is alike in all conditions: a run-out says nothing of what forces make.
     """
     places = {probe.name: (probe.location, probe.quantity) for probe in probes}
     own = [places[name] for name in healthy.probes]
@@ -122,7 +129,7 @@ def learnt(
     if not clear.any():
         return TransferError(np.full(clear.shape, UNCHECKED[0]), beside, is_checked=False)
     # The gain of each probe has been fitted as well.
-    left = left_variance(current, healthy) * count**2 / np.maximum(count - 1, 1)
+    left = (1 - constant) * left_variance(current, healthy) * count**2 / np.maximum(count - 1, 1)
     power = np.where(clear, left / np.where(size > 0, size, 1.0), 0.0)
     of_all = power.sum() / clear.sum()
     of_probe = np.where(clear.any(axis=1), power.sum(axis=1) / np.maximum(clear.sum(axis=1), 1), of_all)

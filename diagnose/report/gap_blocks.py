@@ -226,19 +226,23 @@ def limits_block(result: GapResult) -> str:
 
 
 def calibration_block(result: GapResult) -> str:
-    """Return the machine's own parameters that calibration moved."""
+    """Return the machine's own parameters that were fitted: by themselves, and again beside what was added."""
     units = {one.name: one.unit for one in result.machine.definition.parameters}
-    given = result.machine.values
-    moved = {name: value for name, value in result.calibrated.values.items() if value != given[name]}
+    columns = {"Given": result.machine, "Calibrated": result.calibrated}
+    if result.calibrated.values != {name: result.extended.values[name] for name in result.calibrated.values}:
+        columns["Extended"] = result.extended
+    moved = [name for name in result.calibrated.values if len({one.values[name] for one in columns.values()}) > 1]
     if not moved:
         return "<p>Calibration left the machine's parameters as given.</p>"
     rows = [
         f'<tr><th scope="row">{escape(parameter_label(name, units[name]))}</th>'
-        f"{cell(number(given[name], digits=4), given[name])}{cell(number(value, digits=4), value)}"
-        f"<td>{escape(units[name])}</td></tr>"
-        for name, value in moved.items()
+        + "".join(cell(number(one.values[name], digits=4), one.values[name]) for one in columns.values())
+        + f"<td>{escape(units[name])}</td></tr>"
+        for name in moved
     ]
-    return sortable_table(("Parameter", "Given", "Calibrated", "Unit"), rows, caption="Calibrated parameters")
+    again = "; in the extended machine they are fitted again beside what was added" if len(columns) > 2 else ""
+    caption = f"Calibrated parameters of the machine{again}"
+    return sortable_table(("Parameter", *columns, "Unit"), rows, caption=caption)
 
 
 def extended_block(result: GapResult) -> str:

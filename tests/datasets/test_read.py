@@ -207,6 +207,12 @@ def test_find_recordings(volts: Path, tmp_path: Path) -> None:
         find_recordings([tmp_path / "none"])
 
 
+def test_an_empty_file_in_a_folder_is_told_not_passed_over(tmp_path: Path) -> None:
+    (tmp_path / "run.csv").touch()
+    (tmp_path / "photo.xyz").touch()
+    assert find_recordings([tmp_path]) == ([tmp_path / "run.csv"], [tmp_path / "photo.xyz"])
+
+
 @pytest.mark.parametrize("name", ["run.wav", "run.MAT", "run.tdms", "run.uff", "run.h5", "run.npz", "run.parquet"])
 def test_a_damaged_recording_in_a_folder_is_not_passed_over(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_bytes(np.random.default_rng(5).bytes(3000))

@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from pathlib import Path
 from typing import Any
 
@@ -119,14 +119,19 @@ def _outcomes(trials: Trials, numbers: Sequence[int], explain: Explain, jobs: in
     if jobs == 1 or len(numbers) < 2:
         yield from (one_trial(trials, number, explain) for number in numbers)
         return
+    others = set(active_children())
     # A forked process would inherit locks of numba and BLAS in any state.
     with ProcessPoolExecutor(min(jobs, len(numbers)), mp_context=get_context("spawn")) as pool:
         waiting = [pool.submit(one_trial, trials, number, explain) for number in numbers]
         try:
             for future in as_completed(waiting):
                 yield future.result()
-        finally:
+        except BaseException:
+            # Whoever stops a run does not wait for the trials that are under way.
             pool.shutdown(wait=False, cancel_futures=True)
+            for process in set(active_children()) - others:
+                process.terminate()
+            raise
 
 
 def one_trial(trials: Trials, number: int, explain: Explain) -> Outcome:

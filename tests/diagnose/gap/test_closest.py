@@ -44,7 +44,7 @@ def test_a_value_at_its_bound_is_told(crack: Candidate) -> None:
     position = np.zeros(len(crack.coordinates))
     position[strength] = 50.0
     (said,) = closest_words([_fit(crack, position=position, sigmas=3.0)], NONE)
-    assert f"At the end of what the effect allows: depth = {deepest:g}" in said
+    assert f"At the end of what the effect allows: depth {deepest:g}" in said
 
 
 def test_what_explains_less_than_half_is_not_told(crack: Candidate) -> None:

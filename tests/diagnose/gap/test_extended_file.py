@@ -59,7 +59,7 @@ def test_values_carry_their_interval_and_what_they_were() -> None:
     lines = extended_text(made("one cause")).splitlines()
     assert "moment_kg_m = 0.00011  # 8.8e-05 to 0.000132 kg.m" in lines
     assert 'effect = "unbalance"  # probability 0.97' in lines
-    assert "coupling_stiffness_n_m = 81010.2  # calibrated; given: 81400" in lines
+    assert "coupling_stiffness_n_m = 81010.2  # calibrated, fitted beside what was added; given: 81400" in lines
 
 
 def test_a_value_that_the_data_do_not_tell_says_so() -> None:
