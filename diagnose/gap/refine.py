@@ -25,6 +25,8 @@ from .predict import Predictor, UnpredictableError
 from .responses import STEP, Responses, with_candidates
 
 MOST_STEPS = 12
+#: Step of a coordinate, standard deviations, for the slope of its value.
+SMALL = 1e-4
 #: Data tell a value where less than this share of what the prior leaves open stays open.
 TOLD = 0.8
 #: So far out in its prior a value is only where the data push it: to the edge of what is allowed.
@@ -201,11 +203,41 @@ def fit_at(
         + 0.5 * len(coordinates) * math.log(2 * math.pi)
         - 0.5 * float(np.linalg.slogdet(information)[1])
     )
-    open_strength = Widened(np.concatenate([law.directions, *(strength_columns(compared, one) for one in own)]))
+    by_strength = _by_strength(chosen, position, slopes, own, compared)
+    wrongly = [] if by_strength is own else [laws_of(compared, chosen, by_strength).directions]
+    open_strength = Widened(
+        np.concatenate([law.directions, *wrongly, *(strength_columns(compared, one) for one in by_strength)])
+    )
     covariance = np.linalg.inv(white @ open_strength.solve(white).T + np.diag(least))
     covariance = told_to_a_factor(covariance, chosen, position, own, compared)
     found = Fit(chosen, position, covariance, added, slopes, evidence, residual, law.directions)
     return replace(found, compared=compared)
+
+
+def _by_strength(
+    chosen: Sequence[Candidate],
+    position: np.ndarray,
+    slopes: np.ndarray,
+    own: Sequence[np.ndarray],
+    compared: Comparison,
+) -> Sequence[np.ndarray]:
+    """Return by how much the lines change with each effect's strengths, as a share of these.
+
+    That is what it adds, where phases refer to the shaft; else they turn with what it adds at the reference probe.
+    """
+    if all(one.tied for one in compared.lines.conditions):
+        return own
+    found, start = [], 0
+    for candidate, added in zip(chosen, own, strict=True):
+        change = np.zeros_like(added)
+        for number in candidate.strengths:
+            value, here = candidate.coordinates[number].value, float(position[start + number])
+            slope = (value(here + SMALL) - value(here - SMALL)) / (2 * SMALL)
+            if slope:
+                change = change + value(here) / slope * slopes[start + number]
+        found.append(change if change.any() else added)
+        start += len(candidate.coordinates)
+    return found
 
 
 def density(response: Responses, position: np.ndarray, compared: Comparison) -> float:

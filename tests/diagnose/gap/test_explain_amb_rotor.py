@@ -52,6 +52,8 @@ def _names_the_bow(answer: GapResult) -> None:
     for name in ("bow_m", "angle_rad", "position"):
         estimate = cause.parameters[name]
         assert estimate.low < getattr(HIDDEN, name) < estimate.high, name
+    # No law is known better than to 10 %.
+    assert cause.parameters["bow_m"].high > 1.3 * cause.parameters["bow_m"].low
 
 
 def test_a_bent_shaft_is_found(bent):
