@@ -9,7 +9,7 @@ import numpy as np
 from ...simulators.effect import Effect, Line, effect_catalogue
 from ...simulators.errors import InvalidValueError, RotorwiseError
 from ...simulators.machine import Machine
-from .line_sizes import HALVES_TO, least_seconds
+from .line_sizes import HALVES_TO, WANDER, least_seconds
 from .lines import Condition, LineKind
 
 #: Always looked at: what shafts show, and the half orders of a nonlinear support.
@@ -56,9 +56,9 @@ def wanted_lines(machine: Machine, *, highest: float, speeds_rpm: Sequence[float
     sizes: list[tuple[float, LineKind]] = []
     for effect, lines in stated:
         free = [line for line in lines if not is_locked(line) or line.order > highest][:MOST_OF_ONE]
-        free = [line for line in free if not is_anywhere(effect(), line)]
+        free = [line for line in free if not is_anywhere(effect, line)]
         for line in free:
-            one = size_line(effect, line)
+            one = size_line(type(effect), line)
             if not any(_alike(one, other, speeds_rpm) for other in sizes):
                 sizes.append(one)
     sizes.sort(key=lambda one: (one[1].envelope, one[1].frequency_hz, one[0]))
@@ -66,15 +66,23 @@ def wanted_lines(machine: Machine, *, highest: float, speeds_rpm: Sequence[float
     return (*orders, *(order for order, _ in sizes)), kinds
 
 
-def _stated(machine: Machine) -> list[tuple[type[Effect], tuple[Line, ...]]]:
+def _stated(machine: Machine) -> list[tuple[Effect, tuple[Line, ...]]]:
+    """Return the lines that each effect states at each of its places: those of a gear go by its own shaft."""
     found = []
     for _, effect in sorted(effect_catalogue().items()):
+        places = [effect(at=at) for at in _places(machine, effect)]
         try:
-            effect().contribute(machine.bare_assembly())
-            found.append((effect, effect().signature(machine)))
+            places[0].contribute(machine.bare_assembly())
+            found += [(one, one.signature(machine)) for one in places]
         except RotorwiseError:
             continue
     return found
+
+
+def _places(machine: Machine, effect: type[Effect]) -> list[str]:
+    assembly = machine.bare_assembly()
+    parts = [*assembly.places.values(), *assembly.components.values()]
+    return list(dict.fromkeys(part.name for part in parts if effect.ROLE in part.roles)) or [""]
 
 
 def is_anywhere(effect: Effect, line: Line) -> bool:
@@ -89,13 +97,20 @@ def is_anywhere(effect: Effect, line: Line) -> bool:
 def _alike(one: tuple[float, LineKind], other: tuple[float, LineKind], speeds_rpm: Sequence[float]) -> bool:
     if one[1].envelope != other[1].envelope:
         return False
-    return same_line((one[0], one[1].frequency_hz), (other[0], other[1].frequency_hz), speeds_rpm)
+    # A line of the spectrum is as wide as it wanders: 1 % of a mesh would hold the sidebands of a gear's own speed.
+    within = SAME if one[1].envelope else WANDER
+    return same_line((one[0], one[1].frequency_hz), (other[0], other[1].frequency_hz), speeds_rpm, within=within)
 
 
-def same_line(one: tuple[float, float], other: tuple[float, float], speeds_rpm: Sequence[float]) -> bool:
-    """Return whether two lines, each an order and a frequency in Hz added to it, lie together at all the speeds."""
+def same_line(
+    one: tuple[float, float], other: tuple[float, float], speeds_rpm: Sequence[float], *, within: float = SAME
+) -> bool:
+    """Return whether two lines, each an order and a frequency in Hz added to it, lie together at all the speeds.
+
+    ``within`` is the share of their order by which they may differ.
+    """
     places = [[abs(order + 60 * added / speed) for order, added in (one, other)] for speed in speeds_rpm]
-    return all(abs(a - b) <= SAME * max(a, b) for a, b in places)
+    return all(abs(a - b) <= within * max(a, b) for a, b in places)
 
 
 def size_line(effect: type[Effect], line: Line) -> tuple[float, LineKind]:
