@@ -232,7 +232,7 @@ def _read(work: Work, tell: Callable[[str], None]) -> ReadCampaign:
 def _worked(work: Work) -> tuple[ReadCampaign, GapResult]:
     from ..simulators.solvers.blas import single_blas_thread
     from .gap import explain
-    from .gap.campaign_table import read_words
+    from .gap.campaign_table import ONE_SPEED, read_words
 
     with _progress() as tell:
         taken = _read(work, tell)
@@ -240,7 +240,10 @@ def _worked(work: Work) -> tuple[ReadCampaign, GapResult]:
         try:
             explained = single_blas_thread(explain.explain_gap)
             options = {"without": work.without, "as_given": work.as_given}
-            return taken, explained(taken.campaign, work.machine, **options, tell=tell)
+            result = explained(taken.campaign, work.machine, **options, tell=tell)
+            # What to record next is computed then, and may be a place instead of a speed.
+            notes = [note for note in taken.notes if note != ONE_SPEED or not result.next_measurement]
+            return replace(taken, notes=tuple(notes)), result
         except RotorwiseError as problem:
             raise _leave(problem, _FILE_FAILED) from None
         except (ArithmeticError, AttributeError, LookupError, MemoryError, TypeError, ValueError) as bug:

@@ -83,7 +83,8 @@ def gap_figures(result: GapResult) -> str:
         "Order lines in every condition",
         probes + views + scale + _LEGEND,
         "Peak amplitudes. Before: the calibrated machine without any effect, with what healthy recordings say of its "
-        "errors. After: the extended machine. Thin lines through the measured points are two standard deviations of the noise.",
+        "errors. After: the extended machine. Thin lines through the measured points are two standard deviations of "
+        "the noise.",
         3,
     )
     lines = _chooser("series", "Line", names, worst)
