@@ -46,16 +46,16 @@ def check_machine(machine: Machine) -> None:
 
 
 def shared_probes(campaign: Campaign, machine: Machine) -> dict[str, str]:
-    """Return the probe of each channel by name: those that every recording has.
+    """Return the probe of each channel by name: those that every recording has, and that show something in each.
 
     Raises
     ------
     InvalidValueError
-        When there is no recording, no such channel, or one that shows nothing.
+        When there is no recording or no such channel.
     """
     if not campaign.recordings:
         raise InvalidValueError("The campaign has no recording; allowed: one or more to explain. Give recordings.")
-    probes = [probe.name for probe in machine.bare_assembly().probes]
+    probes = _probe_names(machine)
     sets = [_in_all(own, probes) for own in (campaign.recordings, campaign.baseline) if own]
     for own, what in zip(sets, ("recordings", "healthy recordings"), strict=False):
         if not own:
@@ -68,9 +68,30 @@ def shared_probes(campaign: Campaign, machine: Machine) -> dict[str, str]:
     shared = [name for name in sets[0] if name in sets[-1]]
     if not shared:
         raise InvalidValueError(not_shared(sets[0], sets[1]))
-    for one in (*campaign.recordings, *campaign.baseline):
-        _check_alive(one, shared)
-    return {name: name for name in shared}
+    dead = _dead(campaign, shared)
+    if len(dead) == len(shared):
+        raise InvalidValueError(
+            f"{', '.join(shared)}: the same value in all samples, or none; allowed: one channel that shows something "
+            "in every recording. No sensor, no cable? Leave such recordings out."
+        )
+    return {name: name for name in shared if name not in dead}
+
+
+def dead_words(campaign: Campaign, machine: Machine) -> tuple[str, ...]:
+    """Return which probes were not compared because they show nothing in some recording."""
+    dead = _dead(campaign, _in_all((*campaign.recordings, *campaign.baseline), _probe_names(machine)))
+    return tuple(f"{name} has one value all the time in some recording, or none: not compared." for name in dead)
+
+
+def _dead(campaign: Campaign, names: Sequence[str]) -> list[str]:
+    every = (*campaign.recordings, *campaign.baseline)
+    return [name for name in names if any(_is_dead(one, name) for one in every)]
+
+
+def _is_dead(recording: Recording, name: str) -> bool:
+    signal = recording.signals[[channel.name for channel in recording.channels].index(name)]
+    seen = signal[np.isfinite(signal)]
+    return not seen.size or bool(seen.min() == seen.max())
 
 
 def not_shared(measured: Sequence[str], healthy: Sequence[str]) -> str:
@@ -82,17 +103,10 @@ def not_shared(measured: Sequence[str], healthy: Sequence[str]) -> str:
     )
 
 
+def _probe_names(machine: Machine) -> list[str]:
+    return [probe.name for probe in machine.bare_assembly().probes]
+
+
 def _in_all(recordings: Sequence[Recording], probes: Sequence[str]) -> list[str]:
     names = [{channel.name for channel in one.channels} for one in recordings]
     return [name for name in probes if all(name in own for own in names)]
-
-
-def _check_alive(recording: Recording, names: Sequence[str]) -> None:
-    for channel, signal in zip(recording.channels, recording.signals, strict=True):
-        seen = signal[np.isfinite(signal)] if channel.name in names else None
-        if seen is not None and (not seen.size or seen.min() == seen.max()):
-            what = "the same value in all samples" if seen.size else "no samples that are numbers"
-            raise InvalidValueError(
-                f"{recording.provenance.path or 'A recording'}: channel {channel.name} has {what}; allowed: a signal. "
-                "No sensor, no cable? Leave the channel out of all recordings, or the recording."
-            )

@@ -12,7 +12,7 @@ from ...datasets.recording import Campaign, Recording
 from ...simulators.effect import Effect, effect_catalogue
 from ...simulators.machine import Machine
 from ...simulators.solvers.blas import single_blas_thread
-from .asked import check_machine, known_effects, shared_probes
+from .asked import check_machine, dead_words, known_effects, shared_probes
 from .changed_transfer import changed_transfers, without_changed
 from .detection_limits import detection_limits, limit_words
 from .envelope_lines import Spectrum, envelopes_of
@@ -102,7 +102,8 @@ def explain_gap(
     without, only = known_effects(without, "without"), only and known_effects(only, "only")
     tell("observing the recordings")
     prepared = prepare(campaign, machine, without=without, as_given=as_given, tell=tell)
-    return explained(prepared, machine, without, only, tell)
+    answer = explained(prepared, machine, without, only, tell)
+    return replace(answer, remarks=(*answer.remarks, *dead_words(campaign, machine)))
 
 
 def explained(

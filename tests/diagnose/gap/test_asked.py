@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from rotorwise.datasets.recording import Campaign
+from rotorwise.diagnose.gap.asked import dead_words, shared_probes
 from rotorwise.diagnose.gap.explain import explain_gap
 from rotorwise.diagnose.gap.fitness import in_few_words
 from rotorwise.diagnose.gap.plausible_sizes import unlike_words
@@ -49,11 +50,21 @@ def test_a_name_is_no_machine(campaign: Campaign) -> None:
 
 
 @pytest.mark.parametrize("value", [0.0, 3.0, np.nan])
-def test_a_channel_that_shows_nothing_is_no_signal(campaign: Campaign, value: float) -> None:
+def test_a_channel_that_shows_nothing_is_not_compared(campaign: Campaign, value: float) -> None:
     first = campaign.recordings[0]
-    dead = replace(first, signals=np.where(np.arange(len(first.channels))[:, None] < 1, value, first.signals))
-    with pytest.raises(InvalidValueError, match=f"channel {first.channels[0].name} has"):
-        explain_gap(replace(campaign, recordings=(dead, *campaign.recordings[1:])), ROTOR)
+    assert first.channels[0].name == "path_1"
+
+    def with_dead(count: int) -> Campaign:
+        dead = np.arange(len(first.channels))[:, None] < count
+        one = replace(first, signals=np.where(dead, value, first.signals))
+        return replace(campaign, recordings=(one, *campaign.recordings[1:]))
+
+    assert list(shared_probes(campaign, ROTOR)) == list(NAMES)
+    assert not dead_words(campaign, ROTOR)
+    assert list(shared_probes(with_dead(1), ROTOR)) == list(NAMES[1:])
+    assert "path_1 has one value" in dead_words(with_dead(1), ROTOR)[0]
+    with pytest.raises(InvalidValueError, match="the same value in all samples"):
+        explain_gap(with_dead(4), ROTOR)
 
 
 def test_healthy_recordings_of_other_probes_are_told_apart_from_wrong_names(campaign: Campaign) -> None:
