@@ -58,8 +58,8 @@ AHEAD = 1e-6
 STARTS_NEAR, WIDER = 6, 2.0
 #: Probability that a pulse is elsewhere than at the model's zero, where that explains all and nobody knows.
 ELSEWHERE = 0.45
-#: Evidence of a name over that of nothing at all, where this leaves only noise and no other condition confirms a name:
-#: twice what a second effect has to add.
+#: Evidence of a name, or of something unknown, over that of nothing at all, where this leaves only noise and no other
+#: condition confirms a name: twice what a second effect has to add.
 STRONGLY = 2 * PAIR_MARGIN
 #: A logarithm of a ratio that is as good as certain, and no overflow.
 LARGEST = 100.0
@@ -299,7 +299,9 @@ def _not_confirmed(
     # Sizes of a machine that does not repeat itself are predicted to a factor: only a clear gain confirms.
     least = 0.0 if prepared.predictor.repeats(prepared.baseline.machine) else AS_GOOD_DB
     if own_db <= least and _needs_nothing(seen):
-        return _as_nothing(seen, names)
+        # All lines together may look like noise where most are doubted, and some stand out of it all the same.
+        stands_out = seen.unknown.log_evidence - seen.none.log_evidence >= STRONGLY
+        return _unnamed(seen, names, _no_nearer(names)) if stands_out else _as_nothing(seen, names)
     nothing_to_gain = _nothing_to_gain(seen)
     lost = WORSE_DB if has_density else AS_GOOD_DB if nothing_to_gain else 0.0
     if own_db <= -lost:
