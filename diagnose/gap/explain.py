@@ -242,7 +242,7 @@ def prepare(
     if healthy and own and predictor.noise is not None and own.noise is not None:
         predictor = replace(predictor, noise=not_of_the_fault(predictor.noise, measured, own.noise, healthy))
     quantities = {one.name: one.quantity for one in probes if one.name in measured.probes}
-    both = [(measured, predictor), *([(healthy, own)] if healthy and own else [])]
+    both = [*([(healthy, own)] if healthy and own else []), (measured, predictor)]
     check_size_of_machine(machine, both, quantities)
     repeats = predictor.repeats(machine)
     knees = knees_of(every, envelope_only=repeats)

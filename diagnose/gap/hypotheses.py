@@ -14,6 +14,7 @@ from ...simulators.errors import RotorwiseError
 from ...simulators.machine import Machine
 from .coordinates import Coordinate, coordinates_of, values_at
 from .tuned import tuned
+from .wanted_lines import parts_of
 
 #: Links of the measuring chain that all channels share: one recorder, one clock.
 SHARED_LINKS = ("recorder", "clock")
@@ -176,12 +177,11 @@ def _without(
 
 
 def _parts(machine: Machine, effect: type[Effect], probes: Sequence[str] | None) -> list[str]:
-    assembly = machine.bare_assembly()
     if issubclass(effect, SensorEffect):
-        compared = [probe for probe in assembly.probes if probes is None or probe.name in probes]
+        every = machine.bare_assembly().probes
+        compared = [probe for probe in every if probes is None or probe.name in probes]
         return _parts_of_chain(effect, [probe for probe in compared if effect().fits(probe)])
-    parts = [*assembly.places.values(), *assembly.components.values()]
-    return list(dict.fromkeys(part.name for part in parts if effect.ROLE in part.roles)) or [""]
+    return parts_of(machine, effect)
 
 
 def _parts_of_chain(effect: type[SensorEffect], fitting: Sequence[Probe]) -> list[str]:

@@ -80,7 +80,7 @@ def check_size_of_machine(
     ----------
     machine : Machine
     lines : sequence of OrderLines and Predictor
-        Of the recordings to explain, and of the healthy ones if any.
+        Of the healthy recordings if any, which mostly settle it, and of those to explain.
     quantities : mapping of str to str
         What each probe measures.
 
@@ -88,22 +88,26 @@ def check_size_of_machine(
     ------
     InvalidValueError
     """
-    try:
-        simulated = [own.amplitudes(machine) for _, own in lines]
-    except UnpredictableError:
-        return
-    for quantity in dict.fromkeys(quantities.values()):
-        shares = [
-            _share(measured, made, [quantities[name] == quantity for name in measured.probes])
-            for (measured, _), made in zip(lines, simulated, strict=True)
-        ]
-        if max(shares) * IMPLAUSIBLE < 1:
-            names = [name for name in quantities if quantities[name] == quantity]
-            raise InvalidValueError(
-                f"The recordings are {1 / max(shares):.0f} times smaller than {machine.name} makes them ({quantity}: "
-                f"{', '.join(names)}); allowed: less than {IMPLAUSIBLE:.0f} times. Check --unit and --sensitivity; if "
-                "they are right, the unbalance in the machine file is not this machine's."
-            )
+    left = dict.fromkeys(quantities.values(), 0.0)
+    for measured, predictor in lines:
+        try:
+            made = predictor.amplitudes(machine)
+        except UnpredictableError:
+            return
+        for quantity, largest in left.items():
+            which = [quantities[name] == quantity for name in measured.probes]
+            left[quantity] = max(largest, _share(measured, made, which))
+        left = {quantity: share for quantity, share in left.items() if share * IMPLAUSIBLE < 1}
+        if not left:
+            return
+    quantity, share = next(iter(left.items()))
+    names = [name for name in quantities if quantities[name] == quantity]
+    times = f"{1 / share:.0f} times" if share else "endlessly"
+    raise InvalidValueError(
+        f"The recordings are {times} smaller than {machine.name} makes them ({quantity}: {', '.join(names)}); allowed: "
+        f"less than {IMPLAUSIBLE:.0f} times. Check --unit and --sensitivity; if they are right, the unbalance in the "
+        "machine file is not this machine's."
+    )
 
 
 def _share(measured: OrderLines, made: np.ndarray, which: Sequence[bool]) -> float:

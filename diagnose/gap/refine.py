@@ -25,8 +25,6 @@ from .predict import Predictor, UnpredictableError
 from .responses import STEP, Responses, with_candidates
 
 MOST_STEPS = 12
-#: Step of a coordinate, standard deviations, for the slope of its value.
-SMALL = 1e-4
 #: Data tell a value where less than this share of what the prior leaves open stays open.
 TOLD = 0.8
 #: So far out in its prior a value is only where the data push it: to the edge of what is allowed.
@@ -231,10 +229,8 @@ def _by_strength(
     for candidate, added in zip(chosen, own, strict=True):
         change = np.zeros_like(added)
         for number in candidate.strengths:
-            value, here = candidate.coordinates[number].value, float(position[start + number])
-            slope = (value(here + SMALL) - value(here - SMALL)) / (2 * SMALL)
-            if slope:
-                change = change + value(here) / slope * slopes[start + number]
+            share = _relative(candidate.coordinates[number], float(position[start + number]))
+            change = change + share * slopes[start + number]
         found.append(change if change.any() else added)
         start += len(candidate.coordinates)
     return found

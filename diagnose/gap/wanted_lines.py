@@ -70,7 +70,7 @@ def _stated(machine: Machine) -> list[tuple[Effect, tuple[Line, ...]]]:
     """Return the lines that each effect states at each of its places: those of a gear go by its own shaft."""
     found = []
     for _, effect in sorted(effect_catalogue().items()):
-        places = [effect(at=at) for at in _places(machine, effect)]
+        places = [effect(at=at) for at in parts_of(machine, effect)]
         try:
             places[0].contribute(machine.bare_assembly())
             found += [(one, one.signature(machine)) for one in places]
@@ -79,7 +79,8 @@ def _stated(machine: Machine) -> list[tuple[Effect, tuple[Line, ...]]]:
     return found
 
 
-def _places(machine: Machine, effect: type[Effect]) -> list[str]:
+def parts_of(machine: Machine, effect: type[Effect]) -> list[str]:
+    """Return the names of the parts of a machine that an effect may act at; one empty name where it needs none."""
     assembly = machine.bare_assembly()
     parts = [*assembly.places.values(), *assembly.components.values()]
     return list(dict.fromkeys(part.name for part in parts if effect.ROLE in part.roles)) or [""]

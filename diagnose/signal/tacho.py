@@ -116,13 +116,16 @@ def _nearby_period(periods: np.ndarray) -> np.ndarray:
     windows = _windows(periods, 30)
     apart = max(windows.shape[1] // 2, 1)
     some = windows[np.minimum(np.arange(0, periods.size, apart) + apart // 2, periods.size - 1)]
-    # Of the common periods that of which most others are whole multiples.
-    turns = some[:, None, :] / np.maximum(some[:, :, None], 1e-300)
+    return np.repeat([_turn_among(one) for one in some], apart)[: periods.size]
+
+
+def _turn_among(periods: np.ndarray) -> float:
+    """Return the length of one turn: of the common periods that of which most others are whole multiples."""
+    turns = periods / np.maximum(periods[:, None], 1e-300)
     whole = np.abs(turns - np.clip(np.round(turns), 1.0, MOST_MISSING)) < EVENLY / 2
     alike = np.abs(turns - 1.0) < EVENLY / 2
-    best = np.argmax(whole.sum(axis=2) * (alike.mean(axis=2) >= COMMON), axis=1)
-    own = alike[np.arange(len(some)), best]
-    return np.repeat((some * own).sum(axis=1) / own.sum(axis=1), apart)[: periods.size]
+    best = np.argmax(whole.sum(axis=1) * (alike.mean(axis=1) >= COMMON))
+    return float(periods[alike[best]].mean())
 
 
 def _windows(periods: np.ndarray, half: int) -> np.ndarray:
