@@ -28,7 +28,7 @@ from .hypotheses import Candidate, candidates
 from .lines import OrderLines, turned_to_reference
 from .loose_contact import without_spikes
 from .lost_samples import mended
-from .met_lines import with_met_lines
+from .met_lines import with_met_lines, with_own_lines
 from .observe import observe_orders, shaft_speed_rpm, with_floor, with_reference
 from .plausible_sizes import check_alike, check_size_of_machine
 from .predict import Predictor
@@ -222,6 +222,9 @@ def prepare(
     # A wandering speed is seen in no channel of its own.
     flawed = tuple(dict.fromkeys(name for own in beyond for name in own or ("the tacho",)))
     measured = _sure(measured, campaign.recordings)
+    if healthy:
+        speeds = [one.speed_rpm for one in healthy.conditions]
+        measured = with_own_lines(measured, campaign.baseline, speeds, channels)
     probes = machine.bare_assembly().probes
     turning = [one.name for one in probes if (one.direction, one.quantity) == ("torsion", "velocity")]
     measured = with_doubt(measured, seen, variations(campaign.recordings), raw, turning)

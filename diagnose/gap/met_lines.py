@@ -1,13 +1,20 @@
-"""Lines that move with the shaft and meet a line at a fixed frequency: its phase against the shaft is any there."""
+"""Lines that move with the shaft and meet a line at a fixed frequency.
+
+Its phase against the shaft is any there. And what stands at a fixed frequency in one recording may be no more than a
+line of the machine that passes: a gearbox has so many that some lie anywhere.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from .lines import OrderLines
+from ...datasets.recording import Recording
+from .line_sizes import LEAST_BINS, WANDER
+from .lines import LineKind, OrderLines
+from .observe import observe_orders
 
 #: Half width of a Hann window's main lobe in lines of the spectrum.
 MAIN_LOBE = 2.0
@@ -28,7 +35,7 @@ def with_met_lines(lines: OrderLines, durations_s: Sequence[float]) -> OrderLine
         Of the records, which say how close two lines may lie.
     """
     places = [*zip(lines.orders, lines.kinds, strict=True)]
-    fixed = [i for i, (order, kind) in enumerate(places) if not (kind.phase or kind.envelope or order)]
+    fixed = _fixed(lines)
     moves = np.array([bool(order) and not kind.envelope for order, kind in places])
     beside_hz = np.array([kind.frequency_hz for _, kind in places])
     deviations = lines.deviations.copy()
@@ -41,6 +48,62 @@ def with_met_lines(lines: OrderLines, durations_s: Sequence[float]) -> OrderLine
                 usual = _usual_size(lines, column, number)[:, None]
                 deviations[number][:, met] = np.hypot(deviations[number][:, met], usual)
     return replace(lines, deviations=deviations)
+
+
+def with_own_lines(
+    lines: OrderLines, healthy: Sequence[Recording], speeds_rpm: Sequence[float], channels: Mapping[str, str]
+) -> OrderLines:
+    """Return the lines, those at fixed frequencies less certain by what the healthy machine shows at that order.
+
+    Of the healthy recording nearest in speed, where that order lies elsewhere in it and is clear.
+
+    Parameters
+    ----------
+    lines : OrderLines
+    healthy : sequence of Recording
+        At these steady speeds; may be empty.
+    speeds_rpm : sequence of float
+    channels : mapping of str to str
+        As of `observe_orders`.
+    """
+    fixed, deviations = _fixed(lines), lines.deviations.copy()
+    locked = [(order, kind) for order, kind in zip(lines.orders, lines.kinds, strict=True) if kind.phase]
+    places: dict[int, list[tuple[int, int, float]]] = {}
+    for number, condition in enumerate(lines.conditions if fixed and healthy else ()):
+        nearest = int(np.argmin(np.abs(np.array(speeds_rpm) - condition.speed_rpm)))
+        resolution_hz = healthy[nearest].rate_hz / healthy[nearest].samples
+        for column in fixed:
+            frequency_hz = lines.kinds[column].frequency_hz
+            order = 60 * frequency_hz / condition.speed_rpm
+            width_hz = max(LEAST_BINS * resolution_hz, WANDER * frequency_hz)
+            if abs(order * speeds_rpm[nearest] / 60 - frequency_hz) > 2 * width_hz:
+                places.setdefault(nearest, []).append((number, column, order))
+    for nearest, own in places.items():
+        orders, kinds = [order for order, _ in locked], [kind for _, kind in locked]
+        orders, kinds = [*orders, *(order for *_, order in own)], [*kinds, *[LineKind(phase=False)] * len(own)]
+        (seen,) = observe_orders(healthy[nearest : nearest + 1], orders=orders, kinds=kinds, channels=channels)
+        sizes = np.where(seen.seen, np.abs(seen.amplitudes), 0.0)[0]
+        clear = np.where(sizes > CLEAR * seen.deviations[0], sizes, 0.0)[:, len(locked) :]
+        for (number, column, _), usual in zip(own, clear.T, strict=True):
+            deviations[number, :, column] = np.hypot(deviations[number, :, column], usual)
+    return replace(lines, deviations=deviations)
+
+
+def with_made_lines(lines: OrderLines, made: np.ndarray) -> OrderLines:
+    """Return the lines, those at fixed frequencies less certain by what the machine makes there without any effect.
+
+    Nothing in a machine as given stays at a frequency: such a line is one of its orders that passes, at which no
+    healthy recording has checked it. ``made`` is complex, of the shape of the lines.
+    """
+    deviations, fixed = lines.deviations.copy(), _fixed(lines)
+    deviations[:, :, fixed] = np.hypot(deviations[:, :, fixed], np.abs(made[:, :, fixed]))
+    return replace(lines, deviations=deviations)
+
+
+def _fixed(lines: OrderLines) -> list[int]:
+    """Return the numbers of the lines of the spectrum that stay at a frequency."""
+    places = zip(lines.orders, lines.kinds, strict=True)
+    return [i for i, (order, kind) in enumerate(places) if not (kind.phase or kind.envelope or order)]
 
 
 def _usual_size(lines: OrderLines, column: int, number: int) -> np.ndarray:

@@ -19,6 +19,7 @@ from .form_error import FormErrors
 from .healthy_machine import healthy_machine
 from .lines import OrderLines
 from .loose_contact import Spikes
+from .met_lines import with_made_lines
 from .model_error import ModelError, model_error
 from .model_form import Extended
 from .predict import Predictor, UnpredictableError
@@ -166,6 +167,8 @@ def put_together(
     if healthy and healthy_predictor and predictor.repeats(at_calibration.machine):
         both = [(baseline, predictor), (at_calibration, healthy_predictor)]
         baseline, at_calibration = with_bends(at_calibration, healthy, both)
+    if healthy:
+        measured = with_made_lines(measured, baseline.lines)
     error = residual_error(at_calibration, healthy) if healthy else UNSEEN * model_error(at_calibration.lines)
     transfer = _learnt(machine, at_calibration, healthy, error) if healthy else none_of(measured)
     # From here on the model error has it.
