@@ -156,7 +156,9 @@ def _variants(effect: Effect, reach: Reach, fixed: frozenset[str] = frozenset())
         idle = frozenset(name for name in modifiers if reached[name] == 0)
         effect, coordinates = _without(effect, coordinates, idle)
         modifiers -= idle
-    whole = [Candidate(effect, coordinates, modifiers)] if acting else []
+    # What shows nothing alone may show together: a mass on a spring, and that a sensor sees it move.
+    both = Candidate(effect, coordinates, modifiers) if acting else Candidate(effect, coordinates)
+    whole = [both] if acting or reach(both) > 0 else []
     apart = [one.name for one in strengths if one.name in acting and not one.accompanies] if len(acting) > 1 else []
     return whole + [_alone(effect, coordinates, name, modifiers) for name in apart]
 

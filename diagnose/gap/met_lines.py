@@ -55,7 +55,7 @@ def with_own_lines(
 ) -> OrderLines:
     """Return the lines, those at fixed frequencies less certain by what the healthy machine shows at that order.
 
-    Of the healthy recording nearest in speed, where that order lies elsewhere in it and is clear.
+    Of the nearest in speed of those healthy recordings in which that order lies elsewhere.
 
     Parameters
     ----------
@@ -69,22 +69,20 @@ def with_own_lines(
     fixed, deviations = _fixed(lines), lines.deviations.copy()
     locked = [(order, kind) for order, kind in zip(lines.orders, lines.kinds, strict=True) if kind.phase]
     places: dict[int, list[tuple[int, int, float]]] = {}
-    for number, condition in enumerate(lines.conditions if fixed and healthy else ()):
-        nearest = int(np.argmin(np.abs(np.array(speeds_rpm) - condition.speed_rpm)))
-        resolution_hz = healthy[nearest].rate_hz / healthy[nearest].samples
+    for number, condition in enumerate(lines.conditions if healthy else ()):
         for column in fixed:
             frequency_hz = lines.kinds[column].frequency_hz
             order = 60 * frequency_hz / condition.speed_rpm
-            width_hz = max(LEAST_BINS * resolution_hz, WANDER * frequency_hz)
-            if abs(order * speeds_rpm[nearest] / 60 - frequency_hz) > 2 * width_hz:
+            elsewhere = [i for i, one in enumerate(healthy) if _lies_apart(one, speeds_rpm[i], order, frequency_hz)]
+            if elsewhere:
+                nearest = min(elsewhere, key=lambda i: abs(speeds_rpm[i] - condition.speed_rpm))
                 places.setdefault(nearest, []).append((number, column, order))
     for nearest, own in places.items():
         orders, kinds = [order for order, _ in locked], [kind for _, kind in locked]
         orders, kinds = [*orders, *(order for *_, order in own)], [*kinds, *[LineKind(phase=False)] * len(own)]
         (seen,) = observe_orders(healthy[nearest : nearest + 1], orders=orders, kinds=kinds, channels=channels)
-        sizes = np.where(seen.seen, np.abs(seen.amplitudes), 0.0)[0]
-        clear = np.where(sizes > CLEAR * seen.deviations[0], sizes, 0.0)[:, len(locked) :]
-        for (number, column, _), usual in zip(own, clear.T, strict=True):
+        sizes = np.where(seen.seen, np.abs(seen.amplitudes), 0.0)[0, :, len(locked) :]
+        for (number, column, _), usual in zip(own, sizes.T, strict=True):
             deviations[number, :, column] = np.hypot(deviations[number, :, column], usual)
     return replace(lines, deviations=deviations)
 
@@ -98,6 +96,12 @@ def with_made_lines(lines: OrderLines, made: np.ndarray) -> OrderLines:
     deviations, fixed = lines.deviations.copy(), _fixed(lines)
     deviations[:, :, fixed] = np.hypot(deviations[:, :, fixed], np.abs(made[:, :, fixed]))
     return replace(lines, deviations=deviations)
+
+
+def _lies_apart(recording: Recording, speed_rpm: float, order: float, frequency_hz: float) -> bool:
+    """Return whether the bands of an order and of a frequency do not meet in a recording."""
+    width_hz = max(LEAST_BINS * recording.rate_hz / recording.samples, WANDER * frequency_hz)
+    return abs(order * speed_rpm / 60 - frequency_hz) > 2 * width_hz
 
 
 def _fixed(lines: OrderLines) -> list[int]:

@@ -64,3 +64,13 @@ def test_forces_add_up_and_those_that_move_nothing_are_left_out():
     assert "forward_3_n" in names
     assert len(names) == len(single) == 13
     assert not any("_1_" in name for name in names)
+
+
+def test_strengths_that_show_together_only_compete_together():
+    def reach(one):
+        return float(len(one.strengths) > 1)
+
+    gearbox, others = find_machine("gearbox"), frozenset(effect_catalogue()) - {"housing_resonance"}
+    found = candidates(gearbox, without=others, reach=reach)
+    assert {one.strength_names for one in found} == {frozenset({"mass_kg", "participation"})}
+    assert not candidates(gearbox, without=others, reach=lambda one: 0.0)
