@@ -166,6 +166,7 @@ def test_clean_sines_raise_nothing(amplitude, offset, samples_per_period, turn):
 )
 @settings(max_examples=60, deadline=None)
 @example(steps=500, samples_per_period=50.0, turn=0.0, seed=3)
+@example(steps=1 << 22, samples_per_period=3.578125, turn=0.0, seed=0)
 def test_sines_from_a_converter_raise_nothing(steps, samples_per_period, turn, seed):
     """Rounded to whole steps, with half a step of noise as every converter has."""
     wave = steps * np.sin(2 * np.pi * (np.arange(SAMPLES) / samples_per_period + turn)) + 0.5 * noise(seed)
