@@ -221,10 +221,7 @@ def prepare(
     beyond = [own for effect, own in seen.items() if effect in without - SUSPECTED]
     # A wandering speed is seen in no channel of its own.
     flawed = tuple(dict.fromkeys(name for own in beyond for name in own or ("the tacho",)))
-    measured = _sure(measured, campaign.recordings)
-    if healthy:
-        speeds = [one.speed_rpm for one in healthy.conditions]
-        measured = with_own_lines(measured, campaign.baseline, speeds, channels)
+    measured = with_own_lines(_sure(measured, campaign.recordings), campaign.baseline, healthy, channels)
     probes = machine.bare_assembly().probes
     turning = [one.name for one in probes if (one.direction, one.quantity) == ("torsion", "velocity")]
     measured = with_doubt(measured, seen, variations(campaign.recordings), raw, turning)

@@ -157,8 +157,8 @@ def _variants(effect: Effect, reach: Reach, fixed: frozenset[str] = frozenset())
         effect, coordinates = _without(effect, coordinates, idle)
         modifiers -= idle
     # What shows nothing alone may show together: a mass on a spring, and that a sensor sees it move.
-    both = Candidate(effect, coordinates, modifiers) if acting else Candidate(effect, coordinates)
-    whole = [both] if acting or reach(both) > 0 else []
+    together = Candidate(effect, coordinates, modifiers if acting else frozenset())
+    whole = [together] if acting or reach(together) > 0 else []
     apart = [one.name for one in strengths if one.name in acting and not one.accompanies] if len(acting) > 1 else []
     return whole + [_alone(effect, coordinates, name, modifiers) for name in apart]
 

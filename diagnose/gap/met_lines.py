@@ -51,7 +51,7 @@ def with_met_lines(lines: OrderLines, durations_s: Sequence[float]) -> OrderLine
 
 
 def with_own_lines(
-    lines: OrderLines, healthy: Sequence[Recording], speeds_rpm: Sequence[float], channels: Mapping[str, str]
+    lines: OrderLines, healthy: Sequence[Recording], before: OrderLines | None, channels: Mapping[str, str]
 ) -> OrderLines:
     """Return the lines, those at fixed frequencies less certain by what the healthy machine shows at that order.
 
@@ -61,15 +61,17 @@ def with_own_lines(
     ----------
     lines : OrderLines
     healthy : sequence of Recording
-        At these steady speeds; may be empty.
-    speeds_rpm : sequence of float
+        At steady speed; may be empty.
+    before : OrderLines or None
+        Their lines, if any: their conditions tell the speeds.
     channels : mapping of str to str
         As of `observe_orders`.
     """
     fixed, deviations = _fixed(lines), lines.deviations.copy()
+    speeds_rpm = [one.speed_rpm for one in before.conditions] if before else []
     locked = [(order, kind) for order, kind in zip(lines.orders, lines.kinds, strict=True) if kind.phase]
     places: dict[int, list[tuple[int, int, float]]] = {}
-    for number, condition in enumerate(lines.conditions if healthy else ()):
+    for number, condition in enumerate(lines.conditions if before else ()):
         for column in fixed:
             frequency_hz = lines.kinds[column].frequency_hz
             order = 60 * frequency_hz / condition.speed_rpm
@@ -87,14 +89,23 @@ def with_own_lines(
     return replace(lines, deviations=deviations)
 
 
-def with_made_lines(lines: OrderLines, made: np.ndarray) -> OrderLines:
+def with_made_lines(lines: OrderLines, made: np.ndarray, when_healthy: np.ndarray) -> OrderLines:
     """Return the lines, those at fixed frequencies less certain by what the machine makes there without any effect.
 
-    Nothing in a machine as given stays at a frequency: such a line is one of its orders that passes, at which no
-    healthy recording has checked it. ``made`` is complex, of the shape of the lines.
+    One of its orders that passes, at which no healthy recording has checked it; what the machine makes there in all of
+    these (the hum of a machine that is given with it) is none.
+
+    Parameters
+    ----------
+    lines : OrderLines
+    made : ndarray, complex
+        What the machine makes, of the shape of the lines.
+    when_healthy : ndarray (healthy conditions, probes, orders), complex
+        What it makes in the healthy conditions.
     """
     deviations, fixed = lines.deviations.copy(), _fixed(lines)
-    deviations[:, :, fixed] = np.hypot(deviations[:, :, fixed], np.abs(made[:, :, fixed]))
+    passing = np.maximum(np.abs(made) - np.abs(when_healthy).min(axis=0), 0.0)
+    deviations[:, :, fixed] = np.hypot(deviations, passing)[:, :, fixed]
     return replace(lines, deviations=deviations)
 
 

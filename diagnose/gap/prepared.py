@@ -167,14 +167,12 @@ def put_together(
     if healthy and healthy_predictor and predictor.repeats(at_calibration.machine):
         both = [(baseline, predictor), (at_calibration, healthy_predictor)]
         baseline, at_calibration = with_bends(at_calibration, healthy, both)
-    if healthy:
-        measured = with_made_lines(measured, baseline.lines)
     error = residual_error(at_calibration, healthy) if healthy else UNSEEN * model_error(at_calibration.lines)
     transfer = _learnt(machine, at_calibration, healthy, error) if healthy else none_of(measured)
     # From here on the model error has it.
     healthy = healthy and replace(healthy, constant=None)
     return Prepared(
-        measured=measured,
+        measured=with_made_lines(measured, baseline.lines, at_calibration.lines) if healthy else measured,
         fitted=fitted,
         held_out=held_out,
         healthy=healthy,

@@ -1,4 +1,4 @@
-"""Orders that meet a line at a fixed frequency: hum keeps its size, its phase against the shaft is any."""
+"""Orders that meet a line at a fixed frequency, and lines there that are no more than an order that passes."""
 
 import math
 from dataclasses import replace
@@ -61,9 +61,15 @@ def test_a_line_beside_an_order_that_meets_hum_is_as_uncertain():
 def test_what_the_machine_makes_at_a_frequency_is_doubted_and_its_orders_are_not():
     lines = _lines()
     made = np.full(lines.amplitudes.shape, 0.3)
-    found = with_made_lines(lines, made).deviations
+    found = with_made_lines(lines, made, 0.0 * made).deviations
     assert found[0, :, 2] == pytest.approx(math.hypot(0.01, 0.3))
     assert (found[:, :, :2] == lines.deviations[:, :, :2]).all()
+
+
+def test_a_line_that_the_healthy_machine_makes_at_that_frequency_is_not_doubted():
+    lines = _lines()
+    made = np.full(lines.amplitudes.shape, 0.3)
+    assert (with_made_lines(lines, made, made[:3]).deviations == lines.deviations).all()
 
 
 def _recorded(speed_rpm: float, *, lines: dict[float, float], fixed: dict[float, float]) -> Recording:
@@ -86,7 +92,8 @@ def test_a_line_at_a_frequency_is_doubted_by_the_healthy_line_at_that_order_only
     kinds = (LineKind(), LineKind(phase=False, frequency_hz=50.0))
     lines = OrderLines((Condition(800.0),), ("one",), (1.0, 0.0), amplitudes, deviations, kinds)
     healthy = _recorded(700.0, lines={1.0: 1.0, 3.75: own}, fixed={50.0: hum})
-    found = with_own_lines(lines, [healthy], [700.0], {"one": "one"}).deviations
+    before = replace(lines, conditions=(Condition(700.0),))
+    found = with_own_lines(lines, [healthy], before, {"one": "one"}).deviations
     assert found[0, 0, 1] == pytest.approx(math.hypot(0.01, doubt), rel=0.02)
     assert found[0, 0, 0] == 0.01
 
@@ -97,4 +104,4 @@ def test_a_healthy_record_at_the_same_speed_says_nothing_of_the_order():
         (Condition(800.0),), ("one",), (0.0,), amplitudes, deviations, (LineKind(phase=False, frequency_hz=50.0),)
     )
     healthy = _recorded(800.0, lines={1.0: 1.0}, fixed={50.0: 0.2})
-    assert with_own_lines(lines, [healthy], [800.0], {"one": "one"}).deviations == lines.deviations
+    assert with_own_lines(lines, [healthy], lines, {"one": "one"}).deviations == lines.deviations
