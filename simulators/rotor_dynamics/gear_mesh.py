@@ -197,7 +197,7 @@ class GearMesh:
     mean_error_m: float = 0.0
     #: Error by order of the reference shaft: cosine part less 1j times sine part.
     errors: dict[float, complex] = field(default_factory=dict)
-    #: Run-outs r exp(i angle) by order; of the wheel, under minus its order.
+    #: Run-outs r exp(i angle) times the stiffness's swing, by order; of the wheel, under minus its order.
     run_outs: dict[float, complex] = field(default_factory=dict)
     pair: SpurPair | None = None
     branch_model: Callable[[SpurPair], Branches] | None = None
@@ -268,7 +268,9 @@ class GearMesh:
         value = amplitude_m * complex(math.sin(angle_rad), -math.cos(angle_rad))
         self.errors[order] = self.errors.get(order, 0j) + value
 
-    def add_run_out(self, place: str, *, order: float, amplitude_m: float, angle_rad: float) -> None:
+    def add_run_out(
+        self, place: str, *, order: float, amplitude_m: float, angle_rad: float, swing: float = 1.0
+    ) -> None:
         """Add e = amplitude sin(order phi + angle) of a gear that runs out, and what its centre distance does.
 
         The pinion stands by the angle order phi + angle from the normal of the line of action then, the wheel, which
@@ -283,11 +285,13 @@ class GearMesh:
         order : float
             Its turns per turn of the reference shaft.
         amplitude_m, angle_rad : float
+        swing : float
+            Of the stiffness, over what the mean centre distance makes of it.
         """
         self.add_error(order=order, amplitude_m=amplitude_m, angle_rad=angle_rad)
         if self.pair is not None and amplitude_m:
             signed = -order if self.gear(place)[1] else order
-            self.run_outs[signed] = self.run_outs.get(signed, 0j) + cmath.rect(amplitude_m, angle_rad)
+            self.run_outs[signed] = self.run_outs.get(signed, 0j) + swing * cmath.rect(amplitude_m, angle_rad)
 
     def _breathing(self) -> dict[float, complex]:
         """Return the share of the stiffness by order, of the centre distance as it is with all effects."""

@@ -183,7 +183,7 @@ def test_sidebands_stand_at_the_own_shaft_in_the_running_gearbox():
         for side in (PINION_TEETH - own, PINION_TEETH + own):
             assert near(bent, side) > 3 * near(base, side)
         announced = [line.order for line in GearEccentricity(at=at).signature(BOX)]
-        assert announced == pytest.approx([PINION_TEETH + own, PINION_TEETH - own, own])
+        assert announced == pytest.approx([PINION_TEETH + own, PINION_TEETH - own, own, own])
         assert near(bent, PINION_TEETH + other) < 0.3 * near(bent, PINION_TEETH + own)
 
 
@@ -194,6 +194,34 @@ def test_run_outs_of_one_gear_add_as_vectors_and_of_two_stand_side_by_side():
     )
     both = mesh_of(effect("pinion"), effect("wheel")).errors
     assert {1.0, RATIO} <= set(both)
+
+
+def test_the_stiffness_swings_in_proportion():
+    phase = np.linspace(0, 20, 200)
+    sound = signals(mesh_of(), phase)
+    one, ten = (
+        signals(mesh_of(GearEccentricity(at="wheel", run_out_m=RUN_OUT, angle_rad=0.4, stiffness_swing=swing)), phase)
+        for swing in (1.0, 10.0)
+    )
+    assert ten[1] == pytest.approx(one[1])
+    assert ten[0] / sound[0] - 1 == pytest.approx(10 * (one[0] / sound[0] - 1), abs=1e-12)
+
+
+@pytest.mark.parametrize(("at", "ratio", "way"), [("pinion", 1.0, 1), ("wheel", RATIO, -1)])
+def test_the_mass_centre_pulls_where_the_pitch_circle_is_off(at, ratio, way, figure):
+    """m r (n w)^2 along (cos, sin) of the gear's own angle; the pinion that stands up (y) has less approach."""
+    share, angle, speed = 0.4, 0.7, 60.0
+    machine = BOX.with_effects(GearEccentricity(at=at, run_out_m=RUN_OUT, angle_rad=angle, mass_share=share))
+    (force,) = (one for one in machine.assembly(speed_rpm=600.0).forces if one.name.startswith("mass beside"))
+    phase = np.linspace(0, 20, 50)[:, None]
+    timeline = Timeline(phase, phase, np.full_like(phase, speed), np.zeros_like(phase))
+    found = force.law.signals(timeline, np.array(force.parameters)[:, None])[:, :, 0]
+    own = way * (ratio * phase[:, 0] + angle)
+    size = share * RUN_OUT * BOX.values[f"{at}_mass_kg"] * (ratio * speed) ** 2
+    expected = size * np.stack([np.cos(own), np.sin(own)])
+    across = np.array([[direction.get(f"{at}.{axis}", 0.0) for direction in force.outputs] for axis in "xy"])
+    assert across @ found == pytest.approx(expected, rel=1e-9, abs=1e-12 * size)
+    figure("Force of the mass against m r (n w)^2", np.abs(across @ found).max(), np.abs(expected).max())
 
 
 def test_machine_without_gears_is_refused():
