@@ -20,6 +20,7 @@ from .speed_comb import (
     candidate_speeds,
     comb_gains,
     comb_scores,
+    lost_to_neighbour,
     order_gains,
     refine_speed,
 )
@@ -182,7 +183,8 @@ def speed_from_vibration(
         return None
     orders = np.concatenate([np.arange(1.0, HARMONIC_SHOWS.size + 1), known_orders])
     shows = np.concatenate([HARMONIC_SHOWS, np.full(len(known_orders), 0.8)])
-    found = _beside_hum(channels, _Sought((lowest_hz, highest_hz), hint_hz, bearing_orders, orders, shows))
+    sought = _Sought((lowest_hz, highest_hz), hint_hz, bearing_orders, orders, shows)
+    found = _beside_hum(channels, sought)
     if found is None:
         return None
     channels, candidates, scores, best = found.channels, found.candidates_hz, found.scores, found.best_hz
@@ -210,7 +212,8 @@ def speed_from_vibration(
         )
         if near_best is not None:
             return replace(near_best, method="vibration", confidence=min(confidence, near_best.confidence))
-    speed, interval = refine_speed(channels, best, orders=orders, shows=shows, resolution_hz=resolution)
+    sought = replace(sought, shows=shows)
+    speed, interval = refine_speed(lambda hz: sought.comb(channels, hz), best, resolution_hz=resolution)
     method = "vibration" if hint_hz is None else NEAR_HINT
     return SpeedEstimate(speed, speed - interval, speed + interval, confidence, method)
 
@@ -231,12 +234,16 @@ class _Sought:
         if not candidates.size:
             return None
         prior = _log_prior(candidates, self.hint_hz) + _bearing_gains(channels, candidates, self.bearing_orders)
-        comb = comb_scores(channels, candidates, orders=self.orders, shows=self.shows)
+        return _Found(channels, candidates, prior, prior + self.comb(channels, candidates))
+
+    def comb(self, channels: list[Peaks], speeds_hz: np.ndarray) -> np.ndarray:
+        """Return the scores of speeds by their combs alone, shape (speeds,)."""
+        comb = comb_scores(channels, speeds_hz, orders=self.orders, shows=self.shows)
         if self.hint_hz is not None:
             # A sound machine may show little but 1X; near a hint few other things make such a line.
             few = np.where(self.orders == 1.0, self.shows, _FEW * self.shows)
-            comb = np.logaddexp(comb, comb_scores(channels, candidates, orders=self.orders, shows=few)) - np.log(2.0)
-        return _Found(channels, candidates, prior, prior + comb)
+            comb = np.logaddexp(comb, comb_scores(channels, speeds_hz, orders=self.orders, shows=few)) - np.log(2.0)
+        return comb - lost_to_neighbour(channels, speeds_hz)
 
     def is_hum(self, found: _Found) -> bool:
         """Return whether all lines that the best speed explains are the supply's, and no hint says that it turns so."""

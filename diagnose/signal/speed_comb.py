@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from .speed_peaks import Peaks
+from .supply_lines import of_supply
 
 #: Chance that the n-th harmonic of a turning shaft shows above the noise, n = 1, 2, ...
 HARMONIC_SHOWS = np.array([0.9, 0.8, 0.7, 0.6, 0.5, 0.45, 0.4, 0.35, 0.3, 0.3, 0.25, 0.25, 0.2, 0.2, 0.2])
+
+#: Share of a speed within which there is no other shaft; power over the own line from which one beside speaks against
+#: the speed, and how fast the chance falls that it is none: by the cube.
+BESIDE, FAR_STRONGER, STEEP = 0.08, 100.0, 3.0
 
 
 def candidate_speeds(channels: list[Peaks], lowest_hz: float, highest_hz: float) -> np.ndarray:
@@ -56,6 +63,26 @@ def lines_below(peaks: Peaks, speeds_hz: np.ndarray) -> np.ndarray:
     return np.minimum(strong[np.searchsorted(peaks.frequency_hz, 0.7 * speeds_hz)], 8.0)
 
 
+def lost_to_neighbour(channels: list[Peaks], speeds_hz: np.ndarray) -> np.ndarray:
+    """Return what a far stronger line close beside speaks against each speed, shape (speeds,).
+
+    Turning shafts hardly differ by less than `BESIDE`: of two lines so close the shaft's own is the strong one, however
+    many lines of a bearing lie at multiples of the other. Lines of the supply (a motor of two poles has one beside its
+    1X) do not count.
+    """
+    own, beside = np.zeros(speeds_hz.shape), np.zeros(speeds_hz.shape)
+    for peaks in channels:
+        counted = np.where(of_supply(peaks.frequency_hz, 1e-3 * peaks.frequency_hz), 0.0, peaks.power_ratio)
+        edges = np.searchsorted(peaks.frequency_hz, np.outer([1 - BESIDE, 1 + BESIDE], speeds_hz))
+        for i, (first, last) in enumerate(edges.T):
+            near = slice(first, last)
+            away = np.abs(peaks.frequency_hz[near] - speeds_hz[i])
+            at = away <= np.maximum(5 * peaks.deviation_hz[near], 1e-3 * speeds_hz[i])
+            own[i] += peaks.power_ratio[near][at].max(initial=0.0)
+            beside[i] += counted[near][~at].max(initial=0.0)
+    return STEEP * np.log1p(beside / (FAR_STRONGER * np.maximum(own, len(channels))))
+
+
 def order_gains(peaks: Peaks, speeds_hz: np.ndarray, orders: np.ndarray, shows: np.ndarray) -> np.ndarray:
     """Return what each order of each speed gains by the line nearest to it, shape (speeds, orders)."""
     return place_gains(peaks, orders[None, :] * speeds_hz[:, None], speeds_hz, shows)
@@ -90,14 +117,15 @@ def place_gains(peaks: Peaks, wanted: np.ndarray, speeds_hz: np.ndarray, shows: 
 
 
 def refine_speed(
-    channels: list[Peaks], speed_hz: float, *, orders: np.ndarray, shows: np.ndarray, resolution_hz: float
+    scores_of: Callable[[np.ndarray], np.ndarray], speed_hz: float, *, resolution_hz: float
 ) -> tuple[float, float]:
     """Return the best speed within one bin of a candidate, and a half interval of about 95 %.
 
-    The comb score is itself the log likelihood; twice the standard deviation under it is the half interval.
+    ``scores_of`` returns the scores of speeds by which the candidate was chosen: a score by others would leave it. They
+    are the log likelihood itself; twice the standard deviation under it is the half interval.
     """
     grid = speed_hz + resolution_hz * np.linspace(-1.0, 1.0, 401)
-    scores = comb_scores(channels, grid, orders=orders, shows=shows)
+    scores = scores_of(grid)
     inside = np.abs(grid - grid[int(np.argmax(scores))]) < 0.5 * resolution_hz
     weight = np.where(inside, np.exp(scores - scores.max()), 0.0)
     weight /= weight.sum()

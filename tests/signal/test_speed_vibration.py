@@ -248,3 +248,15 @@ def test_stated_deviations_of_peaks_hold():
     assert scores.size > 200
     assert np.mean(np.abs(scores) < 2) > 0.9
     assert scores.std() > 0.4
+
+
+def test_lines_of_a_bearing_beside_whole_orders_do_not_pull_the_speed():
+    """An inner race's lines at 0.9933 of 5X to 8X: 1X is the clearest line, and right to a small part of one."""
+    rate, speed = 2000.0, 18.31
+    t = np.arange(int(5 * rate)) / rate
+    lines = {1.0: 0.1, 4.9665: 0.01, 5.9598: 0.02, 6.9531: 0.01, 7.9464: 0.01}
+    signal = sum(size * np.sin(2 * np.pi * order * speed * t + order) for order, size in lines.items())
+    noise = np.random.default_rng(3).normal(0.0, 0.05, (2, t.size))
+    found = speed_from_vibration(signal + noise, rate_hz=rate, hint_hz=1100 / 60)
+    assert found is not None
+    assert found.speed_hz == pytest.approx(speed, rel=1e-3)
