@@ -71,6 +71,8 @@ def test_an_effect_whose_line_may_lie_anywhere_is_tried_only_where_one_was_found
     assert not may_show(_candidate("load_fluctuation"), rotor, there)
     # Effects that state no line, or one of the shaft's, are always looked at.
     assert may_show(_candidate("clock_error"), rotor, there)
+    # A soft mount may resonate anywhere.
+    assert may_show(_candidate("mounting_resonance"), rotor, there)
     assert may_show(_candidate("unbalance"), rotor, there)
 
 
