@@ -66,6 +66,7 @@ def beside_unknown(
     unlike: dict[Candidate, Fit] = {}
     if len(unknown.kernels) < 2:
         return [], []
+    singles = [fit for fit in fits if len(fit.candidates) == 1][:FOLLOWED]
     phases = [k for k in unknown.kernels if problem.lines.kinds[k].phase]
     compared = problem.plain()
     for order in sorted(phases, key=lambda k: -unknown.gains[k])[:ORDERS]:
@@ -81,7 +82,7 @@ def beside_unknown(
             for options in [one for one in every if one[0].score > least and _repeats(one[0], problem)][:FOLLOWED]:
                 tell(f"{options[0].candidate} beside something unknown")
                 tried.append(_fitted(options, problem, widened, order))
-            tried += [_taken_up(fit, problem, added, transfer, order) for fit in fits[:FOLLOWED]]
+            tried += [_taken_up(fit, problem, added, transfer, order) for fit in singles]
             others = frozenset(unknown.kernels) - {order}
             for fit in tried:
                 if fit is None or not shows_widely(fit.response, compared.lines, order):

@@ -107,13 +107,13 @@ def settled(
             current, are_fresh = corrected(current, step.reached), False
         else:
             # Each slope of a machine that does not repeat is a simulation: the first ones have to do.
-            current = _relinearised(step.reached, machine, predictor) if repeats else step.reached
+            current = relinearised(step.reached, machine, predictor) if repeats else step.reached
             are_fresh = True
         if is_last and are_fresh:
             break
         if not are_fresh and (is_last or step is None):
-            current, are_fresh = _relinearised(current, machine, predictor), True
-    return current if are_fresh else _relinearised(current, machine, predictor)
+            current, are_fresh = relinearised(current, machine, predictor), True
+    return current if are_fresh else relinearised(current, machine, predictor)
 
 
 def corrected(before: Baseline, after: Baseline) -> Baseline:
@@ -134,7 +134,7 @@ def misfit(current: Baseline, lines: OrderLines, covariance: LineCovariance) -> 
     return float(white @ white) / max(white.size, 1)
 
 
-def _relinearised(current: Baseline, machine: Machine, predictor: Predictor) -> Baseline:
+def relinearised(current: Baseline, machine: Machine, predictor: Predictor) -> Baseline:
     """Return the machine with the slopes of where it is; with those that it has, where it is unstable next to it."""
     try:
         return again(current, machine, predictor)

@@ -62,6 +62,8 @@ SCREENED_CONDITIONS = 3
 #: The same where every response is a simulation in time; candidates that are then followed further, and parts and
 #: variants of one effect among them.
 SCREENED_IN_TIME, FOLLOWED_IN_TIME, PARTS_IN_TIME = 2, 16, 3
+#: Strengths at which a first look is taken at each of them, in standard deviations of their prior.
+LEVELS = (0.0, 1.0)
 
 Tell = Callable[[str], None]
 
@@ -345,8 +347,9 @@ def _most_explaining(
     if len(in_time) <= FOLLOWED_IN_TIME:
         return list(competing), []
     tell(f"a first look at {len(in_time)} effects")
-    predictor.prepare([in_the_middle(one, machine) for one in in_time])
-    share = {one: explainable(one, machine, predictor, screened) for one in in_time}
+    # A crack in the middle of its prior may hardly show, and what it would show then is not told.
+    predictor.prepare([in_the_middle(one, machine, level=level) for one in in_time for level in LEVELS])
+    share = {one: max(explainable(one, machine, predictor, screened, level=at) for at in LEVELS) for one in in_time}
     kept: list[Candidate] = []
     for one in sorted(in_time, key=lambda one: -share[one]):
         if len(kept) < FOLLOWED_IN_TIME and sum(other.name == one.name for other in kept) < PARTS_IN_TIME:

@@ -20,26 +20,33 @@ from .responses import Responses, with_candidates
 INVISIBLE, STRONG = 0.3, 2.0
 
 
-def in_the_middle(candidate: Candidate, machine: Machine) -> Machine:
-    """Return the machine with the candidate's effect at the middle of its prior."""
-    return with_candidates(machine, [candidate], np.zeros(len(candidate.coordinates)))
+def in_the_middle(candidate: Candidate, machine: Machine, *, level: float = 0.0) -> Machine:
+    """Return the machine with the candidate's effect at the middle of its prior, its strengths at a ``level``."""
+    return with_candidates(machine, [candidate], _at_level(candidate, level))
 
 
-def explainable(candidate: Candidate, machine: Machine, predictor: Predictor, compared: Comparison) -> float:
+def _at_level(candidate: Candidate, level: float) -> np.ndarray:
+    return moved_to(np.zeros(len(candidate.coordinates)), candidate.strengths, [level] * len(candidate.strengths))
+
+
+def explainable(
+    candidate: Candidate, machine: Machine, predictor: Predictor, compared: Comparison, *, level: float = 0.0
+) -> float:
     """Return the most of the squared residual that a candidate can explain, whatever its strength, angles and law.
 
-    Its response at the prior's middle, with a complex factor of its own at each order. -1 where it has none.
+    Its response at the prior's middle, strengths at a ``level`` in standard deviations, with a complex factor of its
+    own at each order. -1 where it has none.
     """
     try:
-        middle = Responses([candidate], machine, predictor)(np.zeros(len(candidate.coordinates)))
+        made = Responses([candidate], machine, predictor)(_at_level(candidate, level))
     except UnpredictableError:
         return -1.0
-    present = np.flatnonzero(np.abs(middle).max(axis=(0, 1)) > 0)
+    present = np.flatnonzero(np.abs(made).max(axis=(0, 1)) > 0)
     if not present.size:
         return -1.0
-    single = np.zeros((present.size, *middle.shape), dtype=complex)
+    single = np.zeros((present.size, *made.shape), dtype=complex)
     for row, order in enumerate(present):
-        single[row, :, :, order] = middle[:, :, order]
+        single[row, :, :, order] = made[:, :, order]
     white = compared.whitened(np.concatenate([single, 1j * single]))
     size = np.linalg.norm(white, axis=1)
     basis = np.linalg.qr(white[size > 1e-9 * size.max()].T)[0]

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ...simulators.machine import Machine
-from .baseline import Baseline, again
+from .baseline import Baseline, again, shifted
 from .bends import with_bends
-from .calibration import residual_error, settled_further
+from .calibration import relinearised, residual_error, settled_further
 from .changed_transfer import ChangedTransfer
 from .envelope_lines import Spectrum
 from .evidence import Problem
@@ -156,12 +156,11 @@ def put_together(
         )
         found, healthy = beside_run_out(calibrated, healthy, machine, healthy_predictor)
         measured, healthy = turned(measured, found.pulse_rad), turned(healthy, found.pulse_rad)
-        at_calibration = settled_further(found.at_healthy, healthy, healthy_predictor, tell=tell)
+        baseline, at_calibration = _settled_in_both(found.at_healthy, healthy, healthy_predictor, predictor, tell)
     else:
         by_lines = on_lines_to_explain(machine, measured.select(fitted), predictor.select(fitted), tell=tell)
         at_calibration = by_lines.baseline
-    baseline = again(at_calibration, at_calibration.machine, predictor)
-    baseline = pulse_doubted(baseline, predictor) if by_lines else baseline
+        baseline = pulse_doubted(again(at_calibration, at_calibration.machine, predictor), predictor)
     if found and found.errors and healthy_predictor:
         baseline, at_calibration = _doubted(found.errors, baseline, predictor, at_calibration, healthy_predictor)
     if healthy and healthy_predictor and predictor.repeats(at_calibration.machine):
@@ -186,6 +185,28 @@ def put_together(
         by_lines=by_lines,
         form=found.form if found else None,
     )
+
+
+def _settled_in_both(
+    current: Baseline,
+    healthy: OrderLines,
+    healthy_predictor: Predictor,
+    predictor: Predictor,
+    tell: Callable[[str], None],
+) -> tuple[Baseline, Baseline]:
+    """Return the calibrated machine in the conditions to explain and in the healthy ones, linearised at one place.
+
+    Of a machine that does not repeat itself calibration has the slopes of where it began, and a size that passes its
+    least falls there with what makes it rise here: the healthy lines would promise the opposite of what they say.
+    """
+    machine = current.machine
+    if predictor.repeats(machine):
+        return again(current, machine, predictor), current
+    tell("slopes of the calibrated machine")
+    current = relinearised(current, machine, healthy_predictor)
+    settled = settled_further(current, healthy, healthy_predictor, tell=tell)
+    baseline, moved = again(current, machine, predictor), settled.position - current.position
+    return (shifted(baseline, machine, moved, predictor) if moved.any() else baseline), settled
 
 
 def _learnt(

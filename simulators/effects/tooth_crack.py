@@ -46,10 +46,10 @@ class ToothCrack(Effect):
 
     depth: float = parameter(
         unit="",
-        bounds=(0.0, 0.5),
+        bounds=(0.0, 0.65),
         zero=0.0,
-        prior=Uniform(0.0, 0.5),
-        meaning="depth of the crack over the thickness of the tooth's root; 0.5 is the middle of the tooth",
+        prior=Uniform(0.0, 0.65),
+        meaning="length of the crack over the thickness of the tooth's root; 0.5 straight across is its middle",
         source="from nothing to a tooth about to break, all equally likely",
     )
     crack_angle_rad: float = parameter(

@@ -204,13 +204,13 @@ class SpurGear:
         roll_angle_rad : numpy.ndarray
             Roll angle of the contact point, any shape.
         depth : float
-            Crack depth over the thickness of the tooth's root, 0 to 0.5: up to the centre line.
+            Crack depth over the thickness of the tooth's root, 0 to 0.65: somewhat beyond the centre line.
         crack_angle_rad : float
             Angle v, above 0, at most pi/2.
         """
-        if not (0 <= depth <= 0.5 and 0 < crack_angle_rad <= math.pi / 2 + 1e-9):
+        if not (0 <= depth <= 0.65 and 0 < crack_angle_rad <= math.pi / 2 + 1e-9):
             raise InvalidValueError(
-                f"Tooth crack of depth {depth:g} at {crack_angle_rad:g} rad; allowed: 0 to 0.5 of the root, "
+                f"Tooth crack of depth {depth:g} at {crack_angle_rad:g} rad; allowed: 0 to 0.65 of the root, "
                 "above 0 to pi/2. A deeper crack is a tooth about to break."
             )
         start = self.start_roll_angle_rad
