@@ -156,7 +156,7 @@ def put_together(
         )
         found, healthy = beside_run_out(calibrated, healthy, machine, healthy_predictor)
         measured, healthy = turned(measured, found.pulse_rad), turned(healthy, found.pulse_rad)
-        baseline, at_calibration = _settled_in_both(found.at_healthy, healthy, healthy_predictor, predictor, tell)
+        baseline, at_calibration = settled_in_both(found.at_healthy, healthy, healthy_predictor, predictor, tell)
     else:
         by_lines = on_lines_to_explain(machine, measured.select(fitted), predictor.select(fitted), tell=tell)
         at_calibration = by_lines.baseline
@@ -187,7 +187,7 @@ def put_together(
     )
 
 
-def _settled_in_both(
+def settled_in_both(
     current: Baseline,
     healthy: OrderLines,
     healthy_predictor: Predictor,

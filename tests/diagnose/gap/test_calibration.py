@@ -22,6 +22,7 @@ from rotorwise.diagnose.gap.lines import Condition, LineKind, OrderLines
 from rotorwise.diagnose.gap.model_error import ModelError, error_covariance, model_error
 from rotorwise.diagnose.gap.out_of_reach import out_of_reach
 from rotorwise.diagnose.gap.predict import Predictor, UnpredictableError
+from rotorwise.diagnose.gap.prepared import settled_in_both
 from rotorwise.diagnose.gap.pulse_place import turned
 from rotorwise.simulators.machine import find_machine
 
@@ -336,3 +337,20 @@ def test_where_the_motion_does_not_repeat_the_last_steps_are_simulated():
     assert found.lines == pytest.approx(predictor.amplitudes(found.machine))
     predictor.repeating = True
     assert settled_further(current, healthy, predictor) is current
+
+
+def test_where_the_motion_does_not_repeat_both_sets_of_conditions_have_the_slopes_of_one_place():
+    """Calibration keeps the slopes of where it began: beyond a least size they have the other sign."""
+    machine, predictor = find_machine("amb_rotor"), _Curved()
+    coordinates = coordinates_of([p for p in machine.definition.parameters if p.name == "coupling_stiffness_n_m"])
+    given = np.array([coordinates[0].coordinate(_GIVEN)])
+    begun = linearised(machine, coordinates, given - 3.0, given, np.ones(1, dtype=bool), predictor)
+    reached = shifted(begun, machine, np.array([3.0]), predictor)
+    fresh = again(reached, machine, predictor)
+    assert (np.sign(begun.slopes[0].real) == -np.sign(fresh.slopes[0].real)).all()
+    healthy = OrderLines(predictor.conditions, ("a",), (1.0, 2.0, 3.0), reached.lines, np.full((5, 1, 3), 0.01))
+    both = settled_in_both(reached, healthy, predictor, predictor, lambda _: None)
+    for one in both:
+        assert one.slopes[0] == pytest.approx(fresh.slopes[0])
+        assert one.position == pytest.approx(both[0].position)
+        assert one.lines == pytest.approx(predictor.amplitudes(one.machine))
