@@ -138,7 +138,9 @@ def search(
         finer, first_look = _worth_following(screening, problem, none)
         better = [o for o in finer[:FINISHED] if o[0].score > seen.get(o[0].candidate, -math.inf) + BETTER]
         singles = best_of_each([*singles, *_singles(better, screening, problem, others, tell)], place=True)
-    if singles and not (pairs and _explain(pairs, EXPLAINED)):
+    # Two effects that explain all, but less well than something unknown, may be one at a resonance that lies elsewhere.
+    ahead = bool(pairs) and max(fit.log_evidence for fit in pairs) > unknown.log_evidence
+    if singles and not (ahead and _explain(pairs, EXPLAINED)):
         singles = at_open_resonances(singles, problem, unknown.log_evidence, misfit=MISFIT, tell=tell)
         pairs += two_effects(singles, screening, problem, *others, tell)
     if pairs:
