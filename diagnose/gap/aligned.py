@@ -17,6 +17,7 @@ import numpy as np
 from .evidence import Problem
 from .refine import Fit
 from .responses import Responses
+from .stretched import at_its_end
 
 if TYPE_CHECKING:
     from .search import Posterior
@@ -29,9 +30,14 @@ WIDEST = math.pi / 8
 
 
 def not_as_two(posterior: Posterior, problem: Problem) -> Posterior:
-    """Return the posterior in which something unknown takes the place of two leading causes along one line."""
+    """Return the posterior in which something unknown takes the place of two leading causes along one line.
+
+    Or of two of which one is as strong as it can be.
+    """
     leading = next(iter(posterior.probabilities))
-    if len(leading) != 2 or "unknown" in leading or not along_one_line(posterior.best(leading), problem):
+    if len(leading) != 2 or "unknown" in leading:
+        return posterior
+    if not along_one_line(posterior.best(leading), problem) and not at_its_end(posterior.best(leading), problem):
         return posterior
     shares = dict(posterior.probabilities)
     shares["unknown",] = shares.get(("unknown",), 0.0) + shares.pop(leading)

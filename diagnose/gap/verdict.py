@@ -34,6 +34,7 @@ from .search import Posterior
 from .shown_lines import sigmas
 from .size_scale import from_scale, in_units
 from .slow_sway import sway_words
+from .stretched import stretched_words
 from .tuned import SAME, in_band
 from .unseen_weight import weight_words
 from .unsteady import channels_of, unsteady_words
@@ -175,7 +176,8 @@ def _own_remarks(
     """
     here, said = prepared.problem(prepared.fitted), []
     if nameless and posterior.opposed:
-        said.append(not_named_words(posterior.opposed[0], here))
+        pair = posterior.opposed[0]
+        said.append(stretched_words(pair, here) or not_named_words(pair, here))
     elif nameless:
         # Where a known effect explains nearly all, a force at one place would be another story.
         if closest(posterior.fits, posterior.none)[1] <= NEARLY_ALL:
