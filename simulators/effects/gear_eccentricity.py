@@ -66,7 +66,7 @@ class GearEccentricity(Effect):
 
     stiffness_swing: float = parameter(
         unit="",
-        bounds=(0.0, 50.0),
+        bounds=(0.0, 10.0),
         prior=LogNormal(1.0, 3.0),
         meaning="swing of the mesh stiffness with the run-out, over what the mean centre distance makes",
         source="estimate: 1 is the teeth's geometry alone; how they share the load multiplies it",

@@ -208,7 +208,7 @@ def test_the_stiffness_swings_in_proportion():
 
 
 @pytest.mark.parametrize(("at", "ratio", "way"), [("pinion", 1.0, 1), ("wheel", RATIO, -1)])
-def test_the_mass_centre_pulls_where_the_pitch_circle_is_off(at, ratio, way, figure):
+def test_the_mass_centre_pulls_where_the_pitch_circle_is_off(at, ratio, way):
     """m r (n w)^2 along (cos, sin) of the gear's own angle; the pinion that stands up (y) has less approach."""
     share, angle, speed = 0.4, 0.7, 60.0
     machine = BOX.with_effects(GearEccentricity(at=at, run_out_m=RUN_OUT, angle_rad=angle, mass_share=share))
@@ -221,7 +221,6 @@ def test_the_mass_centre_pulls_where_the_pitch_circle_is_off(at, ratio, way, fig
     expected = size * np.stack([np.cos(own), np.sin(own)])
     across = np.array([[direction.get(f"{at}.{axis}", 0.0) for direction in force.outputs] for axis in "xy"])
     assert across @ found == pytest.approx(expected, rel=1e-9, abs=1e-12 * size)
-    figure("Force of the mass against m r (n w)^2", np.abs(across @ found).max(), np.abs(expected).max())
 
 
 def test_machine_without_gears_is_refused():
