@@ -190,16 +190,10 @@ def speed_from_vibration(
     channels, candidates, scores, best = found.channels, found.candidates_hz, found.scores, found.best_hz
     width = max(0.003 * best, resolution)
     if hint_hz is not None and bearing_orders:
-        # Which of the neighbouring speeds it is, lines that a bearing shares with the shaft cannot tell. Without them
-        # the choice may change, as long as the whole comb does not speak clearly against it.
-        unshared = np.where(_shared_with_bearing(orders, bearing_orders), 0.0, shows)
-        other_scores = found.prior + comb_scores(channels, candidates, orders=orders, shows=unshared)
-        other = float(candidates[int(np.argmax(other_scores))])
-        if scores[np.abs(candidates - other) < width].max() > scores.max() - _CLEARLY_WORSE:
-            best, shows = other, unshared
+        best, sought = _by_unshared_lines(found, sought, width)
     confidence = _confidence(candidates, scores, best, width, resolution) * found.trust
     if hint_hz is None:
-        confidence *= _trust_without_hint(channels, best, orders, shows)
+        confidence *= _trust_without_hint(channels, best, orders, sought.shows)
     if hint_hz is None and bearing_orders:
         # Near the speed found, lines that the bearing shares with the shaft would pull: look again without them.
         near_best = speed_from_vibration(
@@ -212,7 +206,6 @@ def speed_from_vibration(
         )
         if near_best is not None:
             return replace(near_best, method="vibration", confidence=min(confidence, near_best.confidence))
-    sought = replace(sought, shows=shows)
     speed, interval = refine_speed(lambda hz: sought.comb(channels, hz), best, resolution_hz=resolution)
     method = "vibration" if hint_hz is None else NEAR_HINT
     return SpeedEstimate(speed, speed - interval, speed + interval, confidence, method)
@@ -280,6 +273,21 @@ def _beside_hum(channels: list[Peaks], sought: _Sought) -> _Found | None:
         return found
     beside = [one for one in map(without_supply, channels) if one.frequency_hz.size]
     return (sought.found(beside) if beside else None) or replace(found, trust=_HUM_TRUST)
+
+
+def _by_unshared_lines(found: _Found, sought: _Sought, width_hz: float) -> tuple[float, _Sought]:
+    """Return the speed that lines which no bearing shares with the shaft choose, and by which lines it was chosen.
+
+    Which of the neighbouring speeds it is, shared lines cannot tell. Without them the choice may change, as long as the
+    whole comb does not speak clearly against it.
+    """
+    shared = _shared_with_bearing(sought.orders, sought.bearing_orders)
+    unshared = replace(sought, shows=np.where(shared, 0.0, sought.shows))
+    candidates, scores = found.candidates_hz, found.scores
+    other = float(candidates[int(np.argmax(found.prior + unshared.comb(found.channels, candidates)))])
+    if scores[np.abs(candidates - other) < width_hz].max() > scores.max() - _CLEARLY_WORSE:
+        return other, unshared
+    return found.best_hz, sought
 
 
 def _log_prior(candidates_hz: np.ndarray, hint_hz: float | None) -> np.ndarray:

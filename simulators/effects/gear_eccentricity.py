@@ -25,10 +25,10 @@ class GearEccentricity(Effect):
     speed: in a mesh that is held, forces k_1 r / 2 at mesh +- n, k_1 being the first harmonic of the stiffness. Gears
     that are free roll along with the error; their inertia holds them back by a share that grows as speed^2 until a
     resonance is met. The error is a displacement: this part grows with no load. The centre distance changes with it,
-    and the mesh stiffness by some 4 % in 0.1 mm for teeth that share the load evenly, several times as much for others:
-    sidebands that grow with the load, strong where the mesh itself is. A gear that was bored beside its centre has its
-    mass off as well: a force m r (n w)^2 that turns with it, as of an `unbalance`. The change of the backlash is left
-    out.
+    and the mesh stiffness by some 4 % in 0.1 mm, times a factor for how the teeth share the load, which is not computed
+    here: sidebands that grow with the load, strong where the mesh itself is. A gear that was bored beside its centre
+    has its mass off as well: a force m r (n w)^2 that turns with it, as of an `unbalance`. The change of the backlash
+    is left out.
     """
 
     NAME = "gear_eccentricity"

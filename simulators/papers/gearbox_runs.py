@@ -78,7 +78,8 @@ class Case:
             CouplingMisalignment(offset_m=offset_m, angle_rad=_ANGLE_RAD if offset_m else 0.0),
             Unbalance(moment_kg_m=self.unbalance_kg_m),
             RotatingCouplingForce(force_n=self.coupling_force_n),
-            GearEccentricity(run_out_m=self.run_out_m),
+            # Of the teeth alone: that of the mass is the unbalance above.
+            GearEccentricity(run_out_m=self.run_out_m, mass_share=0.0),
         )
 
 
