@@ -82,6 +82,8 @@ class Effect:
         one differ from it by tens of per cent, and by how much changes with the speed.
     PERMANENT : bool
         It acts on every machine of the kind, the healthy one as well: it does not explain what has changed since.
+    SHARED : bool
+        All parts with its role share it, and which of them is named makes no difference: both gears of a worn mesh.
     at : str
         Name of the part; empty for the machine's first one with the role.
     """
@@ -96,6 +98,7 @@ class Effect:
     EMPIRICAL: ClassVar[bool] = False
     IDEALISED: ClassVar[bool] = False
     PERMANENT: ClassVar[bool] = False
+    SHARED: ClassVar[bool] = False
 
     at: str = ""
 

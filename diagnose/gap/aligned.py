@@ -20,7 +20,7 @@ from .responses import Responses
 from .stretched import at_its_end
 
 if TYPE_CHECKING:
-    from .search import Posterior
+    from .posterior import Posterior
 
 #: Of what each makes 1X must hold this share, and turning its angles turn that to within this error: an uneven coupling
 #: sends a part of it round the other way (0.5 of it on the magnetic-bearing rotor); what stands still is off by 1.4.

@@ -29,8 +29,8 @@ from .words import joined_words, line_names
 
 if TYPE_CHECKING:
     from ...simulators.machine import Machine
+    from .posterior import Posterior
     from .prepared import Prepared
-    from .search import Posterior
 
 #: Bounds of the exponents of speed and load, and steps of the first look at them.
 SPEED_POWERS, LOAD_POWERS, LOOKS = (-2.0, 4.0), (0.0, 4.0), 13

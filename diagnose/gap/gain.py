@@ -14,10 +14,10 @@ from .empirical import AddedForce, as_effect, empirical_forces
 from .evidence import Problem
 from .judged import judged
 from .model_error import similarity
+from .posterior import Posterior
 from .predict import UnpredictableError
 from .refine import Fit
 from .result import Gain
-from .search import Posterior
 from .size_scale import at_most_once
 
 if TYPE_CHECKING:

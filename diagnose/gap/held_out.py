@@ -26,12 +26,13 @@ from .gain import predicted_db, smooth_db
 from .joint_fit import jointly
 from .judged import TOLD_APART
 from .null_distribution import chance_of_residual
+from .posterior import Posterior
 from .predict import UnpredictableError
 from .prediction import Predicted, given_others, prior_of
 from .refine import Fit
 from .responses import Responses
 from .result import AS_GOOD_DB
-from .search import GOOD, Posterior
+from .search import GOOD
 from .shown_lines import SHOWN
 from .two_effects import LITTLE, MISFIT, MOVES
 from .unknown_force import unexplained

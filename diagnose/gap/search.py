@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from .aligned import not_as_two
 from .beside_unknown import beside_unknown
 from .climb import FIRST_STEPS, Climbed, climbed
-from .evidence import Comparison, Problem
+from .evidence import Problem
 from .force_kernels import ForceKernel
 from .further_strengths import with_further_strengths
 from .hills import looked_about, with_hills
 from .hypotheses import Candidate
 from .joint_fit import jointly
-from .judged import judged
 from .null_distribution import chance_of_residual
 from .open_resonance import at_open_resonances
 from .opposing import told_pairs
-from .prediction import Predicted
+from .posterior import Posterior, posterior_of
 from .refine import Fit, density, nothing, refined
 from .response_shape import scaled_strengths
 from .responses import Responses
@@ -28,12 +27,8 @@ from .screening import BEHIND_ON_GRID, FAR_BEHIND, TIMES_WORSE, Screening, few_o
 from .simple_pairs import simple_pairs
 from .swapped_pairs import swapped_pairs
 from .two_effects import CLOSE, EXPLAINED, MISFIT, MOVES, best_of_each, explains_little, two_effects
-from .unknown_force import Unknown, unexplained
-from .within_law import LESS_PROBABLE, within_its_law
+from .unknown_force import unexplained
 
-#: Probability before any measurement that nothing, one effect, two effects, something unknown, or one effect with
-#: something unknown beside it is the cause.
-PRIOR = {"none": 0.4, "one": 0.4, "two": 0.1, "unknown": 0.06, "beside": 0.04}
 #: Effects of which a few steps are made, of these the ones followed to the end, and of these the ones compared with the
 #: machine re-fitted beside them.
 REFINED, FINISHED, JOINT = 8, 4, 3
@@ -58,55 +53,7 @@ NEXT_TO = 100.0
 SCANNED = (0.5, 0.7, 1.4, 2.0, 3.0)
 #: Factor by which the law of an idealised effect may be less exact than usual, and more.
 LESS_EXACT, MORE_EXACT = 2.0, 0.5
-#: Two effects imitate a third that is in no catalogue, where they are hardly ahead of something unknown: three pairs
-#: that were ahead by less than 4 were wrong, all of 42 true ones were ahead by 15 or more.
-IMITATED = 10.0
-
 Tell = Callable[[str], None]
-
-
-@dataclass(frozen=True, eq=False)
-class Posterior:
-    """What was compared and how probable each hypothesis is.
-
-    Attributes
-    ----------
-    compared : Comparison
-        Without any effect.
-    none : Fit
-    fits : tuple of Fit
-        Hypotheses of one and two effects that were fitted, most probable first.
-    unknown : Unknown
-    probabilities : mapping of tuple of str to float
-        By names of effects: () for nothing, ("unknown",) for something outside the catalogue, ("rub", "unknown") for
-        an effect and something else beside it. Sums to 1.
-    misfit : float
-        Chance of a residual as large as the best hypothesis leaves.
-    held_out : mapping of tuple of str to Predicted
-        How well hypotheses predict the held-out conditions, where that was looked at.
-    opposed : tuple of Fit
-        Of two effects that explain the lines by cancelling nearly all that each makes: they do not compete.
-    """
-
-    compared: Comparison
-    none: Fit
-    fits: tuple[Fit, ...]
-    unknown: Unknown
-    probabilities: Mapping[tuple[str, ...], float]
-    misfit: float
-    held_out: Mapping[tuple[str, ...], Predicted] = field(default_factory=dict)
-    opposed: tuple[Fit, ...] = ()
-
-    def best(self, names: tuple[str, ...]) -> Fit:
-        """Return the best fit of effects of these names."""
-        return next(fit for fit in (*self.fits, self.none) if fit.names == names)
-
-    @property
-    def named(self) -> Fit:
-        """The fit whose effects the verdict names: of nothing where it names none."""
-        kind, names, _ = judged(self.probabilities)
-        fitted = kind in ("one cause", "several causes") or (kind == "unknown" and len(names) > 1)
-        return self.best(names) if fitted else self.none
 
 
 def search(
@@ -153,13 +100,13 @@ def search(
     count = len({candidate.name for candidate in screening.atoms})
     fitted = {candidate for fit in fits for candidate in fit.candidates}
     rest = [(one.name, none.log_evidence + more) for one, more in first_look.items() if one not in fitted]
-    posterior = replace(_posterior(compared, none, fits, unknown, count, rest), opposed=opposed)
+    posterior = replace(posterior_of(compared, none, fits, unknown, count, rest), opposed=opposed)
     if next(iter(posterior.probabilities)) != ("unknown",) or not unknown.kernels:
         return not_as_two(posterior, problem)
     beside, unlike = beside_unknown(problem, screening, unknown, fits, tell=tell)
     if not beside:
         return posterior
-    posterior = _posterior(compared, none, (*fits, *beside), unknown, count, rest, unlike)
+    posterior = posterior_of(compared, none, (*fits, *beside), unknown, count, rest, unlike)
     return replace(posterior, opposed=opposed)
 
 
@@ -331,65 +278,15 @@ def _jointly_best(fits: list[Fit], problem: Problem, none: Fit) -> list[Fit]:
         joint.append(fit if far and in_time else jointly(fit, problem, moves=0))
     best, seen = max(one.log_evidence for one in joint), {one.names for one in joint}
     rest = [fit for fit in ranked if fit.names not in seen]
-    close = [jointly(fit, problem, moves=MOVES) if fit.log_evidence > best - CLOSE else fit for fit in joint]
+    close = [jointly(fit, problem, moves=MOVES) if _may_lead(fit, best) else fit for fit in joint]
     return close + rest + little
 
 
-def _posterior(
-    compared: Comparison,
-    none: Fit,
-    fits: tuple[Fit, ...],
-    unknown: Unknown,
-    effects: int,
-    rest: Sequence[tuple[str, float]],
-    unlike: Sequence[Fit] = (),
-) -> Posterior:
-    """Return the posterior; ``rest`` are names and evidence of effects that were only looked at.
+def _may_lead(fit: Fit, best: float) -> bool:
+    """Return whether a fit with the machine moved beside it may have the most evidence, ``best`` being the most yet.
 
-    Of effects beside something unknown, those of ``unlike`` contradict their law: what they explain is unknown.
+    One that leaves more than noise may leave nothing about another machine: its lines pass a resonance, which one that
+    takes any shape follows as it is.
     """
-    logs: dict[tuple[str, ...], list[float]] = {(): [none.log_evidence + math.log(PRIOR["none"])]}
-    pairs = max(effects * (effects - 1) / 2, 1.0)
-    for fit in fits:
-        share = PRIOR["beside"] / effects if fit.unknown_beside else PRIOR["one"] / effects
-        prior = math.log(share if len(fit.candidates) == 1 else PRIOR["two"] / pairs)
-        logs.setdefault(fit.names, []).append(fit.log_evidence + prior)
-    for name, evidence in rest:
-        logs.setdefault((name,), []).append(evidence + math.log(PRIOR["one"] / effects))
-    logs["unknown",] = [unknown.log_evidence + math.log(PRIOR["unknown"])]
-    contradicting: dict[tuple[str, ...], list[float]] = {}
-    for fit in unlike:
-        contradicting.setdefault(fit.names, []).append(fit.log_evidence + math.log(PRIOR["beside"] / effects))
-    totals = {names: _shared(values) for names, values in logs.items()}
-    totals["unknown",] = _log_sum([totals["unknown",], *(_shared(values) for values in contradicting.values())])
-    within = within_its_law(fits, none, unknown.log_evidence, misfit=MISFIT)
-    if within:
-        totals["unknown",] = min(totals["unknown",], totals[within.names] - math.log(LESS_PROBABLE))
-    top = max(totals, key=lambda names: totals[names])
-    if len(top) > 1 and "unknown" not in top:
-        totals["unknown",] += IMITATED
-        top = max(totals, key=lambda names: totals[names])
-    misfit = 1.0
-    if "unknown" not in top:
-        winner = next((fit for fit in (*fits, none) if fit.names == top), none)
-        misfit = chance_of_residual(winner)
-        if misfit < MISFIT:
-            # The winner leaves more than noise: what it stands for is at best a part of the truth. Its weight passes to
-            # whatever holds something unknown, which tells as little for an effect beside it as against one.
-            passed = totals[top] + math.log(MISFIT / max(misfit, 1e-300)) - totals["unknown",]
-            raised = max(passed, 0.0)
-            totals = {names: value + raised * ("unknown" in names) for names, value in totals.items()}
-    whole = _log_sum(list(totals.values()))
-    probabilities = {names: math.exp(value - whole) for names, value in totals.items()}
-    ordered = dict(sorted(probabilities.items(), key=lambda item: -item[1]))
-    return Posterior(compared, none, fits, unknown, ordered, misfit)
-
-
-def _shared(values: Sequence[float]) -> float:
-    """Return the logarithm of what an effect at several places is worth: the places share its prior."""
-    return _log_sum(values) - math.log(len(values))
-
-
-def _log_sum(values: Sequence[float]) -> float:
-    largest = max(values)
-    return largest + math.log(sum(math.exp(value - largest) for value in values))
+    left = fit.power / 2 if chance_of_residual(fit) <= MISFIT else 0.0
+    return fit.log_evidence + max(left, CLOSE) > best

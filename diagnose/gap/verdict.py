@@ -27,10 +27,10 @@ from .next_measurement import next_measurement
 from .one_line import one_line_words, told_by_one_line
 from .opposing import not_named_words, opposing_words
 from .plateaus import on_plateaus
+from .posterior import Posterior
 from .prediction import score_of, score_of_unknown
 from .refine import Fit
 from .result import Cause, Estimate, Gain, GapResult, ResidualLine, Score
-from .search import Posterior
 from .shown_lines import sigmas
 from .size_scale import from_scale, in_units
 from .slow_sway import sway_words

@@ -80,10 +80,14 @@ def _stated(machine: Machine) -> list[tuple[Effect, tuple[Line, ...]]]:
 
 
 def parts_of(machine: Machine, effect: type[Effect]) -> list[str]:
-    """Return the names of the parts of a machine that an effect may act at; one empty name where it needs none."""
+    """Return the names of the parts of a machine that an effect may act at; one empty name where it needs none.
+
+    Of parts that share the effect only the first.
+    """
     assembly = machine.bare_assembly()
     parts = [*assembly.places.values(), *assembly.components.values()]
-    return list(dict.fromkeys(part.name for part in parts if effect.ROLE in part.roles)) or [""]
+    names = list(dict.fromkeys(part.name for part in parts if effect.ROLE in part.roles)) or [""]
+    return names[:1] if effect.SHARED else names
 
 
 def is_anywhere(effect: Effect, line: Line) -> bool:

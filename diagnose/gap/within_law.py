@@ -4,7 +4,8 @@ Something unknown takes the size of each order, and how it grows, from the data;
 Where the lines are clear, a wide law costs an effect evidence that speaks for nothing else: a force at the place of a
 loose support describes what a loose support does more tightly than a law that may be wrong by a tenth at every probe.
 What tells the two apart is whether more than noise is left. An effect of another name leaves far more, see
-"Within its law" in the README of this package.
+"Within its law" in the README of this package. An effect that takes the size and angle of each of its lines from the
+data, as the forces of a misaligned coupling, passes a crack in the same way: the two are then level.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .null_distribution import chance_of_residual
+from .own_angles import have_own_angles
 from .refine import Fit
 
 #: Evidence over nothing at all that an effect needs: of faint lines any effect leaves only noise.
@@ -35,6 +37,8 @@ PAIR_MARGIN = 5.0
 def within_its_law(fits: Sequence[Fit], none: Fit, unknown: float, *, misfit: float) -> Fit | None:
     """Return the best single effect that leaves only noise and is hardly behind something unknown; None without one.
 
+    Nor behind one that takes any form; it is the best of the others.
+
     Parameters
     ----------
     fits : sequence of Fit
@@ -46,17 +50,23 @@ def within_its_law(fits: Sequence[Fit], none: Fit, unknown: float, *, misfit: fl
         Chance below which what an effect leaves is more than noise.
     """
     singles = [fit for fit in fits if len(fit.candidates) == 1 and not fit.unknown_beside]
-    if not singles:
+    of_one_form = [fit for fit in singles if not takes_any_form(fit)]
+    if not of_one_form:
         return None
-    best = max(singles, key=lambda fit: fit.log_evidence)
+    best = max(of_one_form, key=lambda fit: fit.log_evidence)
     gain = best.log_evidence - none.log_evidence
-    behind = unknown - best.log_evidence
+    behind = max(unknown, *(fit.log_evidence for fit in singles)) - best.log_evidence
     if not _is_wide(best) or gain < CLEAR or behind > min(SHARE * gain, MOST_BEHIND):
         return None
     rest = best.residual @ best.residual / (none.residual @ none.residual)
     if best.candidates[0].effect.IDEALISED and rest > LEFT:
         return None
     return best if chance_of_residual(best) > misfit else None
+
+
+def takes_any_form(fit: Fit) -> bool:
+    """Return whether a fit is of one effect that takes size and angle of each of its lines from the data."""
+    return len(fit.candidates) == 1 and not fit.unknown_beside and have_own_angles(fit.candidates[0])
 
 
 def pair_margin(best: Fit, none: Fit, *, misfit: float) -> float:

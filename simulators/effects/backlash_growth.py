@@ -27,6 +27,7 @@ class BacklashGrowth(Effect):
     NAME = "backlash_growth"
     STAGE = "structure"
     ROLE = "gear"
+    SHARED = True
     MEANING = "The gears stand further apart, by worn bearings, seats or shims; backlash grows, contact ratio falls."
     CHECK = "Backlash by dial gauge against the record when new; does it rattle at light load or when torque reverses?"
     RIVALS = {

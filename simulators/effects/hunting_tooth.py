@@ -29,6 +29,7 @@ class HuntingTooth(Effect):
     NAME = "hunting_tooth"
     STAGE = "structure"
     ROLE = "gear"
+    SHARED = True
     MEANING = "One tooth of each gear is damaged; when the two meet, every gcd / (z1 z2) of the mesh, it knocks."
     CHECK = "A knock that comes back every some seconds? Mark the teeth in mesh at that moment and look at both."
     RIVALS = {

@@ -50,6 +50,7 @@ class MeshErrorHarmonics(Effect):
     NAME = "mesh_error_harmonics"
     STAGE = "structure"
     ROLE = "gear"
+    SHARED = True
     MEANING = "All teeth have the same error of profile or pitch line; the mesh whines at its order and multiples."
     CHECK = "Measured profile of the gears; was the whine there when new, does it stay when the load changes?"
     RIVALS = {

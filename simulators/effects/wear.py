@@ -27,6 +27,7 @@ class Wear(Effect):
     NAME = "wear"
     STAGE = "structure"
     ROLE = "gear"
+    SHARED = True
     MEANING = "The flanks of all teeth are worn towards tip and root; the mesh harmonics rise."
     CHECK = "Second and third mesh harmonic against the record when new; wear particles in the oil; flank measurement."
     RIVALS = {

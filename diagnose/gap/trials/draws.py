@@ -21,6 +21,7 @@ from ....simulators.effect import Effect, SensorEffect, effect_catalogue
 from ....simulators.errors import RotorwiseError
 from ....simulators.machine import Machine
 from ....simulators.parameter import LogNormal, Normal, Parameter, Prior
+from ..wanted_lines import parts_of
 
 WITH_PRIOR, OF_DIMENSIONS, DRIFT = 0.10, 0.01, 0.005
 _DIMENSIONS = ("m", "kg", "kg.m2", "kg.m")
@@ -34,7 +35,6 @@ def applicable(machine: Machine, *, probes: Sequence[Probe]) -> dict[str, tuple[
     Effects on the measuring chain act at the locations of ``probes``, those that are recorded; those of the recorder
     and its clock act on all channels.
     """
-    assembly = machine.bare_assembly()
     found: dict[str, tuple[Effect, ...]] = {}
     for name, effect in sorted(effect_catalogue().items()):
         if effect.EMPIRICAL or effect.PERMANENT:
@@ -46,9 +46,8 @@ def applicable(machine: Machine, *, probes: Sequence[Probe]) -> dict[str, tuple[
             # One recorder with one clock takes all channels and the tacho.
             where = [""] if effect.LINK in ("clock", "recorder") else fitting
         else:
-            parts = [*assembly.places.values(), *assembly.components.values()]
-            where = [part.name for part in parts if effect.ROLE in part.roles]
-        able = tuple(effect(at=at) for at in dict.fromkeys(where or [""]) if _fits(effect(at=at), machine))
+            where = parts_of(machine, effect)
+        able = tuple(effect(at=at) for at in dict.fromkeys(where) if _fits(effect(at=at), machine))
         if able:
             found[name] = able
     return found

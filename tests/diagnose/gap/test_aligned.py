@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from rotorwise.diagnose.gap.aligned import along_one_line, not_as_two
 from rotorwise.diagnose.gap.hypotheses import Candidate, candidates
+from rotorwise.diagnose.gap.posterior import Posterior
 from rotorwise.diagnose.gap.refine import Fit, refined
-from rotorwise.diagnose.gap.search import Posterior
 from rotorwise.simulators import amb_rotor
 from rotorwise.simulators.effect import effect_catalogue
 

@@ -7,7 +7,7 @@ import pytest
 from rotorwise.diagnose.gap.beside_unknown import shows_widely
 from rotorwise.diagnose.gap.judged import judged
 from rotorwise.diagnose.gap.lines import Condition, OrderLines
-from rotorwise.diagnose.gap.search import _posterior
+from rotorwise.diagnose.gap.posterior import posterior_of
 
 
 @pytest.mark.parametrize(
@@ -50,8 +50,8 @@ def test_what_contradicts_its_law_elsewhere_makes_what_does_make_the_order_less_
 
     none, best = fit(evidence=-900.0), fit("unbalance", evidence=100.0)
     unknown, unlike = SimpleNamespace(log_evidence=70.0), [fit("rub", evidence=100.0 - ahead)]
-    found = _posterior(None, none, (best,), unknown, 30, [], unlike)  # type: ignore[arg-type]
+    found = posterior_of(None, none, (best,), unknown, 30, [], unlike)  # type: ignore[arg-type]
     kind, names, _ = judged(found.probabilities)
     assert (kind, names) == ("unknown", ("unbalance", "unknown") if named else ("unknown",))
-    usual = _posterior(None, none, (best,), unknown, 30, [])  # type: ignore[arg-type]
+    usual = posterior_of(None, none, (best,), unknown, 30, [])  # type: ignore[arg-type]
     assert judged(usual.probabilities)[1] == ("unbalance", "unknown")

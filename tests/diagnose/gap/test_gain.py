@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 from rotorwise.diagnose.gap.gain import measured_gain
+from rotorwise.diagnose.gap.posterior import Posterior
 from rotorwise.diagnose.gap.refine import nothing
-from rotorwise.diagnose.gap.search import Posterior
 from rotorwise.diagnose.gap.unknown_force import unexplained
 
 from .test_joint_fit import _case

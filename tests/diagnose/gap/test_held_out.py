@@ -10,8 +10,8 @@ from rotorwise.diagnose.gap.evidence import comparison
 from rotorwise.diagnose.gap.held_out import checked
 from rotorwise.diagnose.gap.judged import judged
 from rotorwise.diagnose.gap.lines import Condition, OrderLines
+from rotorwise.diagnose.gap.posterior import Posterior
 from rotorwise.diagnose.gap.prediction import Predicted, given_others, left_out
-from rotorwise.diagnose.gap.search import Posterior
 
 from .test_gap_evidence import _baseline
 

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from rotorwise.diagnose.gap.hypotheses import Candidate, candidates
 from rotorwise.diagnose.gap.lines import LineKind
+from rotorwise.diagnose.gap.posterior import posterior_of
 from rotorwise.diagnose.gap.refine import Fit
-from rotorwise.diagnose.gap.within_law import PAIR_MARGIN, loose_law_words, pair_margin, within_its_law
-from rotorwise.simulators import rigid_coupling
+from rotorwise.diagnose.gap.within_law import PAIR_MARGIN, loose_law_words, pair_margin, takes_any_form, within_its_law
+from rotorwise.simulators import rigid_coupling, test_rig
 
 REALS = 40
 
@@ -43,6 +44,34 @@ def test_an_idealised_law_may_be_behind(by_name, name, behind, kept):
 def test_an_effect_of_a_known_law_has_no_need_of_it(by_name, behind):
     # A run-out that imitates a sensor put on anew leaves only noise, too.
     assert within_its_law([_fit(by_name["unbalance"], evidence=0.0)], NONE, behind, misfit=1e-3) is None
+
+
+@pytest.fixture(scope="module")
+def of_any_form() -> Candidate:
+    every = candidates(test_rig, probes=[one.name for one in test_rig.bare_assembly().probes])
+    return next(one for one in every if one.name == "misalignment_forces")
+
+
+@pytest.mark.parametrize(("ahead", "kept"), [(61.0, True), (101.0, False)])
+def test_an_effect_that_takes_any_form_may_be_as_far_ahead(by_name, of_any_form, ahead, kept):
+    crack, forces = _fit(by_name["looseness"], evidence=0.0), _fit(of_any_form, evidence=ahead)
+    assert (within_its_law([forces, crack], NONE, 50.0, misfit=1e-3) is crack) == kept
+    assert takes_any_form(forces)
+    assert not takes_any_form(crack)
+
+
+def test_an_effect_of_a_known_law_may_not_be_ahead(by_name):
+    fits = [_fit(by_name["unbalance"], evidence=61.0), _fit(by_name["looseness"], evidence=0.0)]
+    assert within_its_law(fits, NONE, 50.0, misfit=1e-3) is None
+
+
+@pytest.mark.parametrize(("ahead", "level"), [(61.0, True), (101.0, False)])
+def test_which_are_then_level(by_name, of_any_form, ahead, level):
+    crack, forces = _fit(by_name["looseness"], evidence=0.0), _fit(of_any_form, evidence=ahead)
+    compared: Any = SimpleNamespace()
+    unknown: Any = SimpleNamespace(log_evidence=50.0)
+    probabilities = posterior_of(compared, NONE, [forces, crack], unknown, 20, []).probabilities
+    assert (probabilities["looseness",] == pytest.approx(probabilities["misalignment_forces",])) == level
 
 
 def test_what_leaves_more_than_noise_is_passed(by_name):
