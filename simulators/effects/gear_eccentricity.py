@@ -25,10 +25,9 @@ class GearEccentricity(Effect):
     speed: in a mesh that is held, forces k_1 r / 2 at mesh +- n, k_1 being the first harmonic of the stiffness. Gears
     that are free roll along with the error; their inertia holds them back by a share that grows as speed^2 until a
     resonance is met. The error is a displacement: this part grows with no load. The centre distance changes with it,
-    and the mesh stiffness by some 4 % in 0.1 mm, times a factor for how the teeth share the load, which is not computed
-    here: sidebands that grow with the load, strong where the mesh itself is. A gear that was bored beside its centre
-    has its mass off as well: a force m r (n w)^2 that turns with it, as of an `unbalance`. The change of the backlash
-    is left out.
+    and each pair of teeth enters later, by some 0.05 of a pitch in 0.1 mm, or earlier: sidebands that grow with the
+    load, as strong at each multiple of the mesh. A gear that was bored beside its centre has its mass off as well: a
+    force m r (n w)^2 that turns with it, as of an `unbalance`. The change of the backlash is left out.
     """
 
     NAME = "gear_eccentricity"
@@ -64,13 +63,6 @@ class GearEccentricity(Effect):
         source="any angle is equally likely",
     )
 
-    stiffness_swing: float = parameter(
-        unit="",
-        bounds=(0.0, 10.0),
-        prior=LogNormal(1.0, 3.0),
-        meaning="swing of the mesh stiffness with the run-out, over what the mean centre distance makes",
-        source="estimate: 1 is the teeth's geometry alone; how they share the load multiplies it",
-    )
     mass_share: float = parameter(
         unit="",
         bounds=(0.0, 1.0),
@@ -88,7 +80,6 @@ class GearEccentricity(Effect):
             order=place.shaft_ratio,
             amplitude_m=self.run_out_m,
             angle_rad=self.angle_rad,
-            swing=self.stiffness_swing,
         )
         moment = self.mass_share * self.run_out_m * _mass_kg(assembly, place)
         if moment:

@@ -7,9 +7,10 @@ jumping at known shaft angles, the force along the line of action is
     F = 0                                        within the backlash b, -b <= d - e <= 0
     F = k(phi) (d - e + b) + c (d' - e')         rear flanks in contact, d - e < -b
 
-A gear that runs out moves to and fro along the line of centres as well: its mesh loses contact, and stiffness, once a
-turn. k(phi) is then that of the mean centre distance times 1 + s(phi), s being the share by which the mean stiffness
-changes with the distance.
+A gear that runs out moves to and fro along the line of centres as well. With the distance g more than its mean, the tip
+of the wheel meets the line of action g / sin(alpha') further on: each pair enters so much later, and leaves at the same
+place, at the pinion's tip. The jumps that make the harmonics of the stiffness move to and fro, once a turn. Left out:
+the line of action itself turns, by a fifth of that on the pinion's base circle, and the wheel's teeth touch elsewhere.
 
 A damaged tooth changes stiffness and error while its pair is in contact, see `tooth_damage`; the mesh then repeats with
 the turns of that gear and not with every tooth. Its pair enters and leaves where every pair does: no further jumps.
@@ -32,7 +33,8 @@ import numpy as np
 
 from ..assembly import Assembly
 from ..errors import InvalidValueError
-from ..law import Direction, InterfaceForce, Law, Timeline, compiled_force
+from ..law import Direction, InterfaceForce
+from . import gear_mesh_law as law
 from .gear_mesh_stiffness import SpurPair, StiffnessBranch
 from .tooth_damage import (
     Damage,
@@ -42,114 +44,10 @@ from .tooth_damage import (
     pair_compliance,
     wear_harmonics_m,
 )
-from .tooth_signals import tooth_signals
 
-# Parameters of the law: these, then two polynomials of equal length; with damaged teeth the sound pair's compliance
-# and for each tooth (every, first, compliance, error), all polynomials of equal length; then (order, cosine, sine of
-# the error, cosine, sine of the stiffness's share) of each.
-_ORDER, _START, _CHANGE, _MEAN, _DAMPING, _BACKLASH, _SEPARATES, _MEAN_ERROR, _POWERS, _TEETH, _PAIR_POWERS, _SERIES = (
-    range(12)
-)
 #: Harmonics of the mesh that wear of the flanks makes; those above are small.
 WEAR_HARMONICS = 5
-#: Numbers of each error among the parameters.
-_EACH = 5
 Branches = tuple[StiffnessBranch, StiffnessBranch]
-
-
-def _mesh_signals(timeline: Timeline, parameters: np.ndarray, *, branch_rad: np.ndarray | None = None) -> np.ndarray:
-    """Return stiffness, error and rate of error."""
-    powers = int(parameters[_POWERS, 0])
-    first = parameters[_SERIES : _SERIES + powers]
-    second = parameters[_SERIES + powers : _SERIES + 2 * powers]
-    pitches = parameters[_ORDER] / (2 * math.pi)
-    branch = (timeline.phase_rad if branch_rad is None else branch_rad) * pitches + parameters[_START]
-    tooth = np.floor(branch)
-    is_first = branch - tooth < parameters[_CHANGE]
-    # Unwrapped against the branch's own tooth: past a jump the branch is continued, not the stiffness.
-    local = timeline.phase_rad * pitches + parameters[_START] - tooth - np.where(is_first, 0.0, parameters[_CHANGE])
-    stiffness = np.zeros(local.shape)
-    for a, b in zip(first[::-1], second[::-1], strict=True):
-        stiffness *= local
-        stiffness += np.where(is_first, a, b)
-    teeth, pair_powers = int(parameters[_TEETH, 0]), int(parameters[_PAIR_POWERS, 0])
-    at = _SERIES + 2 * powers
-    series = at + pair_powers + teeth * (2 + 2 * pair_powers)
-    error, rate, share = _error_signals(timeline, parameters[series:], parameters[_ORDER])
-    stiffness = stiffness * (1 + share)
-    if teeth:
-        phase = timeline.phase_rad * pitches + parameters[_START] - tooth
-        change = tooth_signals(tooth, phase, is_first, parameters[at:series], pair_powers)
-        stiffness = stiffness + change[0]
-        error = error + change[1]
-        rate = rate + change[2] * pitches * timeline.speed_rad_s
-    return np.stack([stiffness, error + parameters[_MEAN_ERROR], rate])
-
-
-def _error_signals(
-    timeline: Timeline, series: np.ndarray, mesh_order: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    error, rate, share = (np.zeros(timeline.phase_rad.shape) for _ in range(3))
-    powers: dict[int, np.ndarray] = {}
-    for order, a, b, c, d in series.reshape(-1, _EACH, *series.shape[1:]):
-        if a.any() or b.any() or c.any() or d.any():
-            cos, sin = _harmonic(timeline, order, mesh_order, powers)
-            error += a * cos
-            error += b * sin
-            turned = (order * b) * cos
-            turned -= (order * a) * sin
-            rate += turned
-            if c.any() or d.any():
-                share += c * cos
-                share += d * sin
-    rate *= timeline.speed_rad_s
-    return error, rate, share
-
-
-def _harmonic(
-    timeline: Timeline, order: np.ndarray, mesh_order: np.ndarray, powers: dict[int, np.ndarray]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return cosine and sine of ``order`` times the shaft angle; multiples of the mesh by multiplying."""
-    ratio = order / mesh_order
-    number = round(float(ratio[0]))
-    if not 1 < number < 10 or np.any(ratio != number):
-        return timeline.cos_sin(order)
-    if not powers:
-        cos, sin = timeline.cos_sin(mesh_order)
-        powers[1] = cos + 1j * sin
-    for multiple in range(2, number + 1):
-        if multiple not in powers:
-            powers[multiple] = powers[multiple - 1] * powers[1]
-    return np.real(powers[number]), np.imag(powers[number])
-
-
-def _mesh_jumps(parameters: np.ndarray, start_rad: float, stop_rad: float) -> np.ndarray:
-    """Return the shaft angles in (start, stop] where a pair of teeth enters or leaves."""
-    pitches, offset = parameters[_ORDER] / (2 * math.pi), parameters[_START]
-    found = []
-    for phase in (0.0, parameters[_CHANGE]):
-        low, high = start_rad * pitches + offset - phase, stop_rad * pitches + offset - phase
-        numbers = np.arange(math.floor(low) + 1, math.floor(high) + 1)
-        found.append((numbers + phase - offset) / pitches)
-    return np.sort(np.concatenate(found))
-
-
-@compiled_force
-def _mesh_force(signals, parameters, x, inputs, outputs, u):  # type: ignore[no-untyped-def]
-    approach, speed, acts = inputs[0], inputs[1], outputs[0]
-    for lane in range(u.shape[1]):
-        gap = x[approach, lane] - signals[1, lane]
-        force = signals[0, lane] * gap + parameters[_DAMPING, lane] * (x[speed, lane] - signals[2, lane])
-        if parameters[_SEPARATES, lane] > 0.0 and gap <= 0.0:
-            if gap < -parameters[_BACKLASH, lane]:
-                force += signals[0, lane] * parameters[_BACKLASH, lane]
-            else:
-                force = 0.0
-        linear = parameters[_MEAN, lane] * x[approach, lane] + parameters[_DAMPING, lane] * x[speed, lane]
-        u[acts, lane] -= force - linear
-
-
-GEAR_MESH = Law("gear mesh", _mesh_signals, _mesh_force, _mesh_jumps, counts=(_POWERS, _TEETH, _PAIR_POWERS))
 
 
 @dataclass
@@ -197,7 +95,7 @@ class GearMesh:
     mean_error_m: float = 0.0
     #: Error by order of the reference shaft: cosine part less 1j times sine part.
     errors: dict[float, complex] = field(default_factory=dict)
-    #: Run-outs r exp(i angle) times the stiffness's swing, by order; of the wheel, under minus its order.
+    #: Run-outs r exp(i angle) by order; of the wheel, under minus its order.
     run_outs: dict[float, complex] = field(default_factory=dict)
     pair: SpurPair | None = None
     branch_model: Callable[[SpurPair], Branches] | None = None
@@ -268,9 +166,7 @@ class GearMesh:
         value = amplitude_m * complex(math.sin(angle_rad), -math.cos(angle_rad))
         self.errors[order] = self.errors.get(order, 0j) + value
 
-    def add_run_out(
-        self, place: str, *, order: float, amplitude_m: float, angle_rad: float, swing: float = 1.0
-    ) -> None:
+    def add_run_out(self, place: str, *, order: float, amplitude_m: float, angle_rad: float) -> None:
         """Add e = amplitude sin(order phi + angle) of a gear that runs out, and what its centre distance does.
 
         The pinion stands by the angle order phi + angle from the normal of the line of action then, the wheel, which
@@ -285,21 +181,19 @@ class GearMesh:
         order : float
             Its turns per turn of the reference shaft.
         amplitude_m, angle_rad : float
-        swing : float
-            Of the stiffness, over what the mean centre distance makes of it.
         """
         self.add_error(order=order, amplitude_m=amplitude_m, angle_rad=angle_rad)
         if self.pair is not None and amplitude_m:
             signed = -order if self.gear(place)[1] else order
-            self.run_outs[signed] = self.run_outs.get(signed, 0j) + swing * cmath.rect(amplitude_m, angle_rad)
+            self.run_outs[signed] = self.run_outs.get(signed, 0j) + cmath.rect(amplitude_m, angle_rad)
 
-    def _breathing(self) -> dict[float, complex]:
-        """Return the share of the stiffness by order, of the centre distance as it is with all effects."""
+    def _later_entries(self) -> dict[float, complex]:
+        """Return by how many pitches pairs enter later, by order; about the centre distance with all effects."""
         found: dict[float, complex] = {}
         for signed, run_out in self.run_outs.items():
             order, way = abs(signed), 1 if signed > 0 else -1
-            share = way * self._pair.stiffness_growth_per_m * run_out
-            found[order] = found.get(order, 0j) + share * cmath.exp(-1j * way * self._pair.working_angle_rad)
+            later = way * self._pair.later_entry_per_m * run_out
+            found[order] = found.get(order, 0j) + later * cmath.exp(-1j * way * self._pair.working_angle_rad)
         return found
 
     def interface_force(self) -> InterfaceForce:
@@ -307,30 +201,32 @@ class GearMesh:
         first, second = (self.stiffness_factor * branch.coefficients for branch in self.branches)
         powers = max(first.size, second.size)
         polynomials = [np.pad(own, (0, powers - own.size)) for own in (first, second)]
-        errors, breathing = self._errors_with_wear(), self._breathing()
+        errors, entries = self._errors_with_wear(), self._later_entries()
         series = [
             number
             for order, e in errors.items()
-            for share in (breathing.get(order, 0j),)
-            for number in (order, e.real, -e.imag, share.real, -share.imag)
+            for later in (entries.get(order, 0j),)
+            for number in (order, e.real, -e.imag, later.real, -later.imag)
         ]
         pair_powers, teeth = self._tooth_parameters()
         head = {
-            _ORDER: self.mesh_order,
-            _START: self.first_contact_pitches,
-            _CHANGE: self.branches[0].end_phase,
-            _MEAN: self.mean_stiffness_n_m,
-            _DAMPING: self.damping_n_s_m,
-            _BACKLASH: self.backlash_m,
-            _SEPARATES: float(self.separates),
-            _MEAN_ERROR: self.mean_error_m,
-            _POWERS: float(powers),
-            _TEETH: float(len(self.teeth)),
-            _PAIR_POWERS: float(pair_powers),
+            law.ORDER: self.mesh_order,
+            law.START: self.first_contact_pitches,
+            law.CHANGE: self.branches[0].end_phase,
+            law.MEAN: self.mean_stiffness_n_m,
+            law.DAMPING: self.damping_n_s_m,
+            law.BACKLASH: self.backlash_m,
+            law.SEPARATES: float(self.separates),
+            law.MEAN_ERROR: self.mean_error_m,
+            law.POWERS: float(powers),
+            law.TEETH: float(len(self.teeth)),
+            law.PAIR_POWERS: float(pair_powers),
         }
-        parameters = np.concatenate([[head[row] for row in range(_SERIES)], *polynomials, *teeth, series])
+        parameters = np.concatenate([[head[row] for row in range(law.SERIES)], *polynomials, *teeth, series])
         acts = self.along if self.reaction is None else self.reaction
-        return InterfaceForce(self.name, GEAR_MESH, tuple(parameters.tolist()), (acts,), (self.along,), (self.along,))
+        return InterfaceForce(
+            self.name, law.GEAR_MESH, tuple(parameters.tolist()), (acts,), (self.along,), (self.along,)
+        )
 
     def _errors_with_wear(self) -> dict[float, complex]:
         errors = dict(self.errors)
@@ -343,7 +239,7 @@ class GearMesh:
         return errors
 
     def _tooth_parameters(self) -> tuple[int, list[np.ndarray]]:
-        """Return the common length of the teeth's polynomials, and the rows of `_mesh_signals` for the teeth."""
+        """Return the common length of the teeth's polynomials, and the rows of the law for the teeth."""
         if not self.teeth:
             return 0, []
         sound = pair_compliance(self._pair)

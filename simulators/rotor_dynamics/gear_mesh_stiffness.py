@@ -11,7 +11,7 @@ Mesh phase 0 is where a new pair of teeth comes into contact, 1 where the next o
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -20,11 +20,10 @@ from numpy.polynomial import Polynomial
 from ..errors import InvalidValueError
 from .spur_gear import SpurGear
 
-# Branches are fitted this far beyond their ends, in pitches, so that a solver may run past a jump within one step.
-_OVERLAP = 0.05
+# Branches are fitted this far beyond their ends, in pitches: a solver may run past a jump within one step, and gears
+# that run out move the jumps.
+OVERLAP = 0.12
 _FIT_ERROR = 1e-7
-# Of the module, for slopes in the centre distance.
-_CENTRE_STEP = 5e-3
 _DEGREES = range(3, 16)
 
 
@@ -40,7 +39,7 @@ class StiffnessBranch:
         Where the branch holds.
     coefficients : numpy.ndarray
         Polynomial in (phase - start_phase), ascending powers, N/m; smooth to any order. It follows the tooth model
-        0.05 of a pitch beyond both ends.
+        0.12 of a pitch beyond both ends.
     fit_error : float
         Largest relative deviation from the tooth model, the extensions included.
     """
@@ -52,7 +51,7 @@ class StiffnessBranch:
     fit_error: float
 
     def stiffness_n_m(self, phase: np.ndarray) -> np.ndarray:
-        """Return the branch in N/m at any phase of its range and 0.05 beyond; not wrapped to one pitch."""
+        """Return the branch in N/m at any phase of its range and 0.12 beyond; not wrapped to one pitch."""
         return np.polynomial.polynomial.polyval(np.asarray(phase, dtype=float) - self.start_phase, self.coefficients)
 
     @cached_property
@@ -198,7 +197,7 @@ class SpurPair:
         def model(phase: np.ndarray) -> np.ndarray:
             return sum((self.pair_stiffness_n_m(phase + number) for number in range(pairs)), np.zeros_like(phase))
 
-        low, high = start - _OVERLAP, end + _OVERLAP
+        low, high = start - OVERLAP, end + OVERLAP
         check = np.linspace(low, high, 401)
         truth = model(check)
         for degree in _DEGREES:
@@ -220,12 +219,14 @@ class SpurPair:
         """Mean of the mesh stiffness over one pitch in N/m."""
         return sum(branch.integral_n_m for branch in self.branches)
 
-    @cached_property
-    def stiffness_growth_per_m(self) -> float:
-        """Share by which the mean stiffness changes with the centre distance, 1/m: below 0, as contact is lost."""
-        step = _CENTRE_STEP * self.pinion.module_m
-        more, less = (replace(self, centre_growth_m=self.centre_growth_m + way * step) for way in (1, -1))
-        return (more.mean_stiffness_n_m - less.mean_stiffness_n_m) / (2 * step * self.mean_stiffness_n_m)
+    @property
+    def later_entry_per_m(self) -> float:
+        """By how many pitches pairs enter later per growth of the centre distance: 1 / (sin(alpha') p_b), 1/m.
+
+        The distance d of the base tangent points along the line of action is a' sin(alpha'), with a' cos(alpha') that
+        of the base circles: its slope in a' is 1 / sin(alpha'). The wheel's tip stays where it is on that line.
+        """
+        return 1 / (math.sin(self.working_angle_rad) * self.base_pitch_m)
 
     def mesh_stiffness_n_m(self, phase: np.ndarray) -> np.ndarray:
         """Return the mesh stiffness along the line of action in N/m.

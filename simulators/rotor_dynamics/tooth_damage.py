@@ -19,10 +19,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
-from .gear_mesh_stiffness import SpurPair
+from .gear_mesh_stiffness import OVERLAP, SpurPair
 
-# As far as the branches of the mesh stiffness: a solver may run past a jump within one step.
-_OVERLAP = 0.05
 _FIT_ERROR = 1e-5
 _DEGREES = range(3, 16)
 _PITCH_SAMPLES = 2048
@@ -104,8 +102,8 @@ class DamagedTooth:
 
 
 def fitted(model: Callable[[np.ndarray], np.ndarray], contact_ratio: float) -> np.ndarray:
-    """Return ascending powers of the pair phase that follow ``model`` over one contact and 0.05 beyond its ends."""
-    low, high = -_OVERLAP, contact_ratio + _OVERLAP
+    """Return ascending powers of the pair phase that follow ``model`` over one contact and 0.12 beyond its ends."""
+    low, high = -OVERLAP, contact_ratio + OVERLAP
     check = np.linspace(low, high, 201)
     truth = model(check)
     powers = np.zeros(1)

@@ -24,7 +24,7 @@ from .outcome import Outcome, from_line, outcome_of, to_line
 from .scores import DETECTABLE
 
 #: Of the file and of the cases: raised when the same arguments make other cases than before.
-FORMAT = 13
+FORMAT = 14
 #: ``explain(campaign, machine, without=...)``, with ``only=...`` where the engine offers it.
 Explain = Callable[..., Any]
 Tell = Callable[[Outcome, int], None]

@@ -10,7 +10,7 @@ from rotorwise.simulators.errors import InvalidValueError
 from rotorwise.simulators.law import Timeline
 from rotorwise.simulators.machine import find_machine
 from rotorwise.simulators.machines.gearbox import PINION_TEETH, RATIO, WHEEL_TEETH, tooth_pair
-from rotorwise.simulators.rotor_dynamics.gear_mesh import GEAR_MESH
+from rotorwise.simulators.rotor_dynamics.gear_mesh_law import GEAR_MESH
 from rotorwise.simulators.solvers.stepper import LaneGroup, Stepper
 from rotorwise.simulators.speed_profile import steady
 

@@ -7,7 +7,7 @@ import pytest
 from rotorwise.simulators.effects.wear import Wear
 from rotorwise.simulators.law import Timeline
 from rotorwise.simulators.machines.gearbox import PINION_TEETH, tooth_pair
-from rotorwise.simulators.rotor_dynamics.gear_mesh import GEAR_MESH
+from rotorwise.simulators.rotor_dynamics.gear_mesh_law import GEAR_MESH
 from rotorwise.simulators.rotor_dynamics.tooth_damage import wear_harmonics_m
 
 from .test_tooth_crack import mesh_of

@@ -11,11 +11,11 @@ from rotorwise.simulators.errors import InvalidValueError
 from rotorwise.simulators.law import Timeline
 from rotorwise.simulators.machines.gearbox import tooth_pair
 from rotorwise.simulators.rotor_dynamics.gear_mesh import (
-    GEAR_MESH,
     GearMesh,
     mesh_damping_n_s_m,
     misprinted_branches,
 )
+from rotorwise.simulators.rotor_dynamics.gear_mesh_law import GEAR_MESH
 from rotorwise.simulators.rotor_dynamics.gear_mesh_stiffness import StiffnessBranch
 
 TEETH, SPEED = 23, 188.5
