@@ -100,9 +100,9 @@ def heard_rhythm(
 ) -> Heard | None:
     """Return the effect whose rhythm holds most of what stands out of the envelopes; None where none does.
 
-    It is named by that where only what is new since the healthy records counts, in lines enough, one of them loud,
-    where the same lines would hold less than half of it at any other place, and no other effect holds half as much of
-    what it leaves. The cage, which turns in a sound bearing as well and stands beside the lines of its races and balls,
+    It is named by that where in half of the records or more only what is new since the healthy ones counts, and these
+    hold lines enough, one of them loud, where the same lines would hold less than half of it at any other place, and no
+    other effect holds half as much of what it leaves. The cage, which turns in a sound bearing as well and stands beside the lines of its races and balls,
     is not.
 
     Parameters
@@ -125,8 +125,10 @@ def heard_rhythm(
     own, effect = next(one for one in found if one[0].share == best)
     alike = [one.at for other, one in found if one.NAME == effect.NAME and other.share > 0.99 * best]
     rivals = [one for _, one in found if one.NAME != effect.NAME and one not in slow]
-    sure = all(one.news for one in envelopes) and effect not in slow
-    sure = sure and _is_alone(effect, own.share, rivals, machine, envelopes)
+    new = [one for one in envelopes if one.news]
+    among_new = rhythm(effect, machine, new).share
+    sure = 2 * len(new) >= len(envelopes) and effect not in slow and among_new >= MOST
+    sure = sure and _is_alone(effect, among_new, rivals, machine, new)
     where = _loudest(strongest_order(effect, machine, own.slip), lines) if lines else ""
     return Heard(effect, tuple(dict.fromkeys(alike)), own.share, own.slip, sure, where)
 

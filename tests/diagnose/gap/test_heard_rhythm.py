@@ -82,6 +82,18 @@ def test_without_healthy_records_of_that_speed_nothing_is_named() -> None:
     assert heard_rhythm(EVERY, test_rig, envelopes_of(made, SPEEDS_RPM, made, SPEEDS_RPM)) is None
 
 
+def test_a_record_far_in_speed_from_all_healthy_ones_does_not_hide_what_is_news_in_the_others() -> None:
+    made, speeds = races(inner=True), list(SPEEDS_RPM)
+    near = [noise_like(one) for one in made[1:]]
+    heard = heard_rhythm(EVERY, test_rig, envelopes_of(made, speeds, near, speeds[1:]))
+    assert heard is not None
+    assert (heard.effect.NAME, heard.is_sure) == ("inner_race_defect", True)
+    # Nor does what beats in that one only name anything.
+    other = [*races(inner=True)[:1], *[noise_like(one, 8) for one in made[1:]]]
+    heard = heard_rhythm(EVERY, test_rig, envelopes_of(other, speeds, near, speeds[1:]))
+    assert heard is None or not heard.is_sure
+
+
 def test_few_lines_a_rhythm_of_another_bearing_and_noise_name_nothing() -> None:
     found = envelopes(races(inner=False))
     first = OuterRaceDefect(at="bearing_a", slip=0.01).signature(test_rig)[0].order
