@@ -102,8 +102,8 @@ def heard_rhythm(
 
     It is named by that where in half of the records or more only what is new since the healthy ones counts, and these
     hold lines enough, one of them loud, where the same lines would hold less than half of it at any other place, and no
-    other effect holds half as much of what it leaves. The cage, which turns in a sound bearing as well and stands beside the lines of its races and balls,
-    is not.
+    other effect holds half as much of what it leaves. The cage, which turns in a sound bearing as well and stands by
+    the lines of its races and balls, is not.
 
     Parameters
     ----------
