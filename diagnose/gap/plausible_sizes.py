@@ -18,6 +18,8 @@ from .predict import Predictor, UnpredictableError
 
 #: No fault and no machine that is off by its tolerances makes all channels of a quantity this many times as large.
 IMPLAUSIBLE = 300.0
+#: Of a sound machine there may be next to nothing of these: a shaft that turned evenly swings by any factor more.
+NEXT_TO_NOTHING = frozenset(("rotational_speed", "torque", "angle"))
 
 
 def check_alike(campaign: Campaign, names: Sequence[str]) -> None:
@@ -41,7 +43,7 @@ def unlike_words(campaign: Campaign, names: Sequence[str]) -> str:
     for quantity in dict.fromkeys(quantities[name] for name in names):
         own = {name: ratios[name] for name in names if quantities[name] == quantity}
         least, most = min(own.values()), max(own.values())
-        if least > IMPLAUSIBLE or most < 1 / IMPLAUSIBLE:
+        if (least > IMPLAUSIBLE and quantity not in NEXT_TO_NOTHING) or most < 1 / IMPLAUSIBLE:
             times, word = (least, "larger") if least > 1 else (1 / most, "smaller")
             return (
                 f"The recordings to explain are {times:.0f} times {word} than the healthy ones ({quantity}: "

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rotorwise.datasets.recording import Campaign
+from rotorwise.datasets.recording import Campaign, Channel, Recording
 from rotorwise.diagnose.gap.asked import dead_words, shared_probes
 from rotorwise.diagnose.gap.explain import explain_gap
 from rotorwise.diagnose.gap.fitness import in_few_words
@@ -86,6 +86,15 @@ def test_healthy_recordings_in_another_unit_are_refused(campaign: Campaign, fact
         replace(r, signals=np.where(np.arange(len(r.channels))[:, None] < 1, factor, 1.0) * r.signals) for r in made
     )
     assert not unlike_words(Campaign(one, made), NAMES)
+
+
+def test_a_shaft_that_turned_evenly_may_swing_by_any_factor_more() -> None:
+    noise = np.random.default_rng(1).normal(size=(1, 500))
+    before = Recording(noise, 1e3, (Channel("speed", "rotational_speed"),))
+    now = replace(before, signals=1e4 * before.signals)
+    assert not unlike_words(Campaign((now,), (before,)), ["speed"])
+    # Less than before it does not: that is another unit.
+    assert "10000 times smaller" in unlike_words(Campaign((before,), (now,)), ["speed"])
 
 
 def test_recordings_a_thousand_times_smaller_than_the_machine_makes_them_are_refused(campaign: Campaign) -> None:
