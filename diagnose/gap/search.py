@@ -18,6 +18,7 @@ from .joint_fit import jointly
 from .null_distribution import chance_of_residual
 from .open_resonance import at_open_resonances
 from .opposing import told_pairs
+from .parts_alone import parts_alone
 from .posterior import Posterior, posterior_of
 from .refine import Fit, density, nothing, refined
 from .response_shape import scaled_strengths
@@ -28,6 +29,7 @@ from .simple_pairs import simple_pairs
 from .swapped_pairs import swapped_pairs
 from .two_effects import CLOSE, EXPLAINED, MISFIT, MOVES, best_of_each, explains_little, two_effects
 from .unknown_force import unexplained
+from .within_law import PAIR_MARGIN, pair_level
 
 #: Effects of which a few steps are made, of these the ones followed to the end, and of these the ones compared with the
 #: machine re-fitted beside them.
@@ -92,6 +94,9 @@ def search(
         pairs += two_effects(singles, screening, problem, *others, tell)
     if pairs:
         pairs = best_of_each([*pairs, *swapped_pairs(pairs, singles, screening, problem, *others, tell)])
+        singles = parts_alone(pairs, singles, problem)
+        level = pair_level(singles[0], none, misfit=MISFIT) + PAIR_MARGIN
+        pairs = [fit for fit in pairs if fit.log_evidence > level]
     pairs, opposed = told_pairs(pairs, singles, problem)
     fits = tuple(sorted([*singles, *pairs], key=lambda fit: -fit.log_evidence))
     fits = (*(_as_exact_as_told(fit, problem) for fit in fits[:1]), *fits[1:])
