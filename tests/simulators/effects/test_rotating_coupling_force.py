@@ -18,7 +18,9 @@ def amplitudes(effect, rpm, machine=MACHINE):
 def test_zero_strength_changes_nothing():
     base = find_machine("amb_rotor")
     zero = amplitudes(RotatingCouplingForce().at_zero(), 4000.0, base)
-    np.testing.assert_array_equal(zero, harmonic_balance(base, speed_rpm=4000.0).amplitudes)
+    without = harmonic_balance(base, speed_rpm=4000.0).amplitudes
+    # A force more, of nothing, is summed in another order on some processors: the same but for rounding.
+    np.testing.assert_allclose(zero, without, rtol=0, atol=1e-13 * np.abs(without).max())
 
 
 @pytest.mark.parametrize("rpm", [600.0, 2580.0, 4000.0])
