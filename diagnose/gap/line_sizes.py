@@ -20,8 +20,6 @@ SLIP, WANDER = 0.02, 0.004
 LEAST_BINS = 2.5
 #: The floor is taken from the band's edge to this many half widths, at least so many lines of the spectrum a side.
 FLOOR_WIDTHS, FLOOR_BINS = 4.0, 6.0
-#: Where the noise on one side is this many times that on the other, it is no noise but the skirt of a large line.
-ONE_SIDED = 10.0
 #: Mean over median of the power of noise in one line of the spectrum.
 MEAN_OVER_MEDIAN = 1 / np.log(2)
 #: Independent values in a row of Hann-weighted spectral lines.
@@ -306,7 +304,7 @@ def _in_band(power: np.ndarray, centre: float, half: float) -> tuple[np.ndarray,
     index = np.arange(max(int(centre - reach), 1), min(int(centre + reach) + 2, power.shape[1]))
     inside = np.abs(index - centre) <= half
     beside = (np.abs(index - centre) > half + 1) & (np.abs(index - centre) <= reach)
-    floor = MEAN_OVER_MEDIAN * _floor_beside(power, index[beside & (index < centre)], index[beside & (index > centre)])
+    floor = MEAN_OVER_MEDIAN * np.median(power[:, index[beside]], axis=1)
     count, around = int(inside.sum()), int(beside.sum())
     held = power[:, index[inside]].sum(axis=1)
     independent = HANN_INDEPENDENT * count
@@ -315,12 +313,3 @@ def _in_band(power: np.ndarray, centre: float, half: float) -> tuple[np.ndarray,
     # A = 2 sqrt(P). The deviation is that of a line of nothing at all: a line of its own would have a smaller one, but
     # noise that happens to be large must not look certain.
     return 2 * np.sqrt(line), np.where(deviation > 0, 2 * np.sqrt(deviation), np.inf)
-
-
-def _floor_beside(power: np.ndarray, below: np.ndarray, above: np.ndarray) -> np.ndarray:
-    """Return the median power of noise on both sides of a band, or of the lower side where the other holds more."""
-    both = np.median(power[:, np.append(below, above)], axis=1)
-    if not below.size or not above.size:
-        return both
-    low, high = np.sort([np.median(power[:, side], axis=1) for side in (below, above)], axis=0)
-    return np.where(high > ONE_SIDED * low, low, both)

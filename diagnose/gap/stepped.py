@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -35,6 +35,8 @@ LONGEST_SETTLING_S = 0.4
 #: Share of the machine's own settling that all others get: lines are sought to some parts in a thousand. Of the start
 #: a gearbox has 7e-6 of any line left by then; with half of its damping 6e-5 of nine in ten, 3e-3 of one.
 SHARE_OF_SETTLING = 0.6
+#: Distance to a multiple of the shaft's speed within which an order is one.
+WHOLE = 1e-6
 #: How many bytes of motions are kept that others may be compared with, or seen through another measuring chain.
 KEPT_BYTES = 400_000_000
 THREADS = min(os.cpu_count() or 1, 4)
@@ -200,22 +202,53 @@ def lines_of_record(
     rows = [names.index(name) for name in probes]
     signals, turns = record.signals[rows], record.phase_rad / (2 * np.pi)
     with_phase = np.array([kind.phase for kind in kinds])
-    locked = np.array(orders)[with_phase]
     result = np.zeros((len(rows), len(orders)), dtype=complex)
     # Simulated records are shorter than measured ones: what lies beside an order must not leak into it for that.
-    centred, carriers = signals - signals.mean(axis=1, keepdims=True), carriers_of(locked, turns)
-    result[:, with_phase] = weighted_mean(centred, turns, carriers, BLACKMAN_HARRIS)
-    if not with_phase.all():
-        result[:, ~with_phase] = line_sizes(
-            signals,
-            rate_hz=record.output_rate_hz,
-            turns=turns,
-            locked=(locked, result[:, with_phase]),
-            orders=np.array(orders)[~with_phase].tolist(),
-            kinds=[kind for kind in kinds if not kind.phase],
-            accelerations=[record.channels[row].quantity == "acceleration" for row in rows],
-            missing_noise=missing_noise,
-            doubted=False,
-            carriers=carriers,
-        )[0]
+    centred = signals - signals.mean(axis=1, keepdims=True)
+
+    def at_orders(chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        carriers = carriers_of(chosen, turns)
+        return chosen, weighted_mean(centred, turns, carriers, BLACKMAN_HARRIS), carriers
+
+    *locked, carriers = at_orders(np.array(orders)[with_phase])
+    result[:, with_phase] = locked[1]
+    meshes, beside = _meshes(orders, kinds, lambda chosen: at_orders(chosen)[1])
+    groups = [(~with_phase & ~beside, (locked[0], locked[1]), carriers)]
+    if beside.any():
+        # Nor may a mesh leak into its sidebands.
+        *both, of_both = at_orders(np.append(locked[0], meshes))
+        groups.append((beside, (both[0], both[1]), of_both))
+    for lines, taken_off, own in groups:
+        if lines.any():
+            result[:, lines] = line_sizes(
+                signals,
+                rate_hz=record.output_rate_hz,
+                turns=turns,
+                locked=taken_off,
+                orders=np.array(orders)[lines].tolist(),
+                kinds=[kind for kind, is_one in zip(kinds, lines, strict=True) if is_one],
+                accelerations=[record.channels[row].quantity == "acceleration" for row in rows],
+                missing_noise=missing_noise,
+                doubted=False,
+                carriers=own,
+            )[0]
     return result
+
+
+def _meshes(
+    orders: Sequence[float], kinds: Sequence[LineKind], amplitudes: Callable[[np.ndarray], np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the whole orders without phase that are larger than those beside them, and which lines stand beside such.
+
+    The latter are all other lines without phase but those of the envelope, bool; none without such an order.
+    """
+    plain = np.array([not kind.phase and not kind.envelope for kind in kinds])
+    at_order = np.array([kind.frequency_hz == 0 for kind in kinds]) & plain
+    whole = at_order & (np.abs(np.array(orders) - np.rint(orders)) < WHOLE) & (np.array(orders) > 0)
+    if not whole.any() or not (plain & ~whole).any():
+        return np.zeros(0), np.zeros(len(orders), dtype=bool)
+    chosen = np.array(orders)[whole]
+    size = np.abs(amplitudes(chosen))
+    size = np.linalg.norm(size / np.maximum(size.max(axis=1, keepdims=True), 1e-300), axis=0)
+    near = np.abs(chosen[:, None] - chosen) < 1 + WHOLE
+    return chosen[size >= np.where(near, size, 0.0).max(axis=1)], plain & ~whole

@@ -7,8 +7,10 @@ import pytest
 from rotorwise.diagnose.gap.line_noise import BLACKMAN_HARRIS, carriers_of, weighted_amplitudes
 from rotorwise.diagnose.gap.lines import Condition, LineKind
 from rotorwise.diagnose.gap.predict import Predictor
+from rotorwise.diagnose.gap.stepped import lines_of_record
 from rotorwise.simulators.effect import make_effect
 from rotorwise.simulators.machine import find_machine
+from rotorwise.simulators.sensor_record import SensorRecord
 from rotorwise.simulators.sensor_run import (
     lines_of_chain,
     probe_ratios,
@@ -187,3 +189,34 @@ def test_motions_that_are_kept_hold_no_memory_but_their_own():
     kept = [run for runs in predictor._stepped.values() for run in runs if run is not None]
     assert len(kept) == 4
     assert all(run.signals.base is None for run in kept)
+
+
+@pytest.mark.parametrize("turns", [24.0, 26.3, 40.0])
+def test_a_mesh_does_not_leak_into_its_sidebands_in_a_short_record(turns):
+    """The wheel's sidebands of a mesh two hundred times as large, seven lines of the spectrum away."""
+    order, own, rate_hz, speed_hz = 23.0, 23 / 81, 20480.0, 36.0
+    phase = 2 * np.pi * speed_hz * np.arange(round(turns / speed_hz * rate_hz)) / rate_hz
+    probe = next(p for p in find_machine("gearbox").bare_assembly().probes if p.quantity == "acceleration")
+    plain = LineKind(phase=False)
+    orders, kinds = (1.0, order - own, order, order + own, 22.0), (LineKind(), plain, plain, plain, plain)
+
+    def sizes(sideband):
+        signal = 0.2 * np.cos(phase) + 20 * np.cos(order * phase + 0.4)
+        signal += sideband * (np.cos((order - own) * phase + 1.0) + np.cos((order + own) * phase))
+        ones = np.ones(1)
+        record = SensorRecord(
+            signal[None],
+            rate_hz,
+            rate_hz,
+            phase,
+            np.full(phase.size, 2 * np.pi * speed_hz),
+            (probe,),
+            (1.0,),
+            ones,
+            0 * ones,
+            0 * ones,
+        )
+        return np.abs(lines_of_record(record, probes=[probe.name], orders=orders, kinds=kinds)[0])
+
+    assert sizes(0.1) == pytest.approx([0.2, 0.1, 20.0, 0.1, 0.0], rel=0.05, abs=0.02)
+    assert sizes(0.0)[[1, 3]] == pytest.approx([0.0, 0.0], abs=1e-3)
