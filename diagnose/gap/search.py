@@ -55,6 +55,7 @@ NEXT_TO = 100.0
 SCANNED = (0.5, 0.7, 1.4, 2.0, 3.0)
 #: Factor by which the law of an idealised effect may be less exact than usual, and more.
 LESS_EXACT, MORE_EXACT = 2.0, 0.5
+
 Tell = Callable[[str], None]
 
 
