@@ -39,6 +39,8 @@ DRIFT_POWERS = 3
 REPEATED = 0.1
 #: Half width of a Hann window's main lobe in lines of the spectrum.
 MAIN_LOBE = 2.0
+#: Share of a line at a fixed distance in Hz from which on a line at an order, in its band, may be what is seen there.
+HELD = 0.3
 #: Widths of an order within which its skirt is looked for.
 SKIRT = 4.0
 #: Share of its distance from an order by which a line must be clear of the order's wander for a record to tell it.
@@ -107,7 +109,8 @@ def line_sizes(
         if not kind.envelope:
             bands[column] = frequency, half
     if doubted:
-        _doubt_neighbours(sizes, deviations, bands, MAIN_LOBE * resolution)
+        in_hz = [bool(order and kind.frequency_hz) for order, kind in zip(orders, kinds, strict=True)]
+        _doubt_neighbours(sizes, deviations, bands, MAIN_LOBE * resolution, in_hz)
         large = np.append(locked[0], _meshes(orders, kinds)) * speed_hz
         _doubt_beside_orders(sizes, deviations, bands, large, spectra[False], resolution)
     return sizes, deviations
@@ -133,15 +136,30 @@ def _envelope_power(left: np.ndarray, rate_hz: float, speed_hz: float, missing_n
 
 
 def _doubt_neighbours(
-    sizes: np.ndarray, deviations: np.ndarray, bands: dict[int, tuple[float, float]], lobe_hz: float
+    sizes: np.ndarray,
+    deviations: np.ndarray,
+    bands: dict[int, tuple[float, float]],
+    lobe_hz: float,
+    beside: Sequence[bool],
 ) -> None:
-    """Widen, in place, the deviation of lines whose band holds a part of a larger line's main lobe."""
+    """Widen, in place, the deviation of lines whose band holds a part of another line's main lobe.
+
+    Of a larger one; and of what lies ``beside`` an order, at a fixed distance in Hz, where its band holds a line at an
+    order by itself. The sideband of a slow wheel lies 5 Hz beside the mesh at some speeds: what is seen there then is
+    no line at 5 Hz, and the sideband is doubted by what is there beyond it only.
+    """
     own = sizes.copy()
     for column, (frequency, half) in bands.items():
-        for other, (place, _) in bands.items():
-            if other != column and abs(place - frequency) < half + lobe_hz:
-                larger = np.where(own[:, other] > own[:, column], own[:, other], 0.0)
-                deviations[:, column] = np.hypot(deviations[:, column], larger)
+        for other, (place, reach) in bands.items():
+            away = abs(place - frequency)
+            if other == column or away >= half + lobe_hz:
+                continue
+            larger = np.where(own[:, other] > own[:, column], own[:, other], 0.0)
+            if beside[column] and not beside[other] and away < half:
+                larger = np.where(own[:, other] > HELD * own[:, column], own[:, column], larger)
+            elif beside[other] and not beside[column] and away < reach:
+                larger = np.sqrt(np.maximum(larger**2 - own[:, column] ** 2, 0.0))
+            deviations[:, column] = np.hypot(deviations[:, column], larger)
 
 
 def _doubt_beside_orders(

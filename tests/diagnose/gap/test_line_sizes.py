@@ -55,6 +55,28 @@ def test_orders_of_the_shaft_do_not_leak_into_their_neighbours():
     assert size[0] < 1e-3
 
 
+@pytest.mark.parametrize(("speed_hz", "beside"), [(40.0, 0.05), (17.0, 0.0)])
+def test_a_sideband_at_an_order_is_no_line_at_that_distance_in_hz(speed_hz, beside):
+    """The wheel's sideband lies 4.8 Hz beside the mesh at 17 Hz: a line 5 Hz beside it is not told there."""
+    turns = speed_hz * TIME_S
+    mesh, own = np.cos(2 * np.pi * 23 * turns), np.cos(2 * np.pi * (23 - 23 / 81) * turns)
+    kinds = [PLAIN, LineKind(phase=False, frequency_hz=-5.0)]
+    noise = 1e-4 * np.random.default_rng(2).normal(size=SAMPLES)
+    (sizes,), (deviations,) = line_sizes(
+        (mesh + 0.1 * own + beside * np.cos(2 * np.pi * (23 * turns - 5.0 * TIME_S)) + noise)[None],
+        rate_hz=RATE_HZ,
+        turns=turns,
+        locked=(LOCKED, np.zeros((1, 3), dtype=complex)),
+        orders=[23 - 23 / 81, 23.0],
+        kinds=kinds,
+        accelerations=[True],
+    )
+    assert sizes[1] > 0.03
+    assert (sizes[1] > 3 * deviations[1]) == bool(beside)
+    assert sizes[0] == pytest.approx(0.1, rel=0.05)
+    assert sizes[0] > 3 * deviations[0]
+
+
 def test_a_sensor_that_warms_up_makes_no_slow_line_and_hides_none():
     noise = 0.05 * np.random.default_rng(3).normal(size=SAMPLES)
     drift = 100 * np.exp(-TIME_S / (6 * TIME_S[-1]))
