@@ -42,6 +42,7 @@ class EmpiricalMesh(Effect):
     NAME = "empirical_mesh"
     STAGE = "structure"
     ROLE = "gear"
+    SHARED = True
     EMPIRICAL = True
     MEANING = "Error and stiffness of a sound gear mesh that healthy recordings ask for and the model lacks."
     CHECK = "Measured profile of the gears (ISO 1328); contact pattern under load."

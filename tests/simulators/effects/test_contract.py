@@ -241,3 +241,13 @@ def test_compiled_forces_are_the_plain_ones(machine):
             function(own, parameters, x, reads, acts, u)
             results.append(u)
         assert results[0] == pytest.approx(results[1], rel=1e-12, abs=1e-12 * np.abs(results[1]).max())
+
+
+@pytest.mark.parametrize("name", sorted(name for name, kind in effect_catalogue().items() if kind.ROLE == "gear"))
+def test_which_gear_is_named_makes_no_difference_to_shared_effects_only(name):
+    kind, made = effect_catalogue()[name], []
+    for at in ("pinion", "wheel"):
+        assembly = MACHINES["gearbox"].bare_assembly()
+        kind(at=at).contribute(assembly)
+        made.append(assembly.component("mesh").interface_force().parameters)
+    assert (made[0] == made[1]) == kind.SHARED
