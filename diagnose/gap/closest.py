@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ...simulators.parameter import Parameter, Uniform
-from .coordinates import values_at
 from .evidence import Widened
 from .hypotheses import Candidate
 from .refine import Fit
@@ -49,14 +48,11 @@ def closest(fits: Sequence[Fit], none: Fit) -> tuple[Fit | None, float]:
 
 def _values(fit: Fit) -> list[str]:
     """Return the strengths of each effect in words, and what stands at the end of what is allowed."""
-    found, at_bound, start = [], [], 0
-    for candidate in fit.candidates:
-        stop = start + len(candidate.coordinates)
-        values = values_at(candidate.coordinates, fit.position[start:stop])
+    found, at_bound = [], []
+    for candidate, values in zip(fit.candidates, fit.values(), strict=True):
         strengths = [candidate.coordinates[number].parameter for number in candidate.strengths]
         found += [_said(one, values[one.name]) for one in strengths if values[one.name] != one.zero]
         at_bound += _at_bounds(candidate, values)
-        start = stop
     said = [f"Fitted to it all the same: {', '.join(found)}."] if found else []
     if at_bound:
         said.append(f"At the end of what the effect allows: {', '.join(at_bound)}; more of it may be the cause.")

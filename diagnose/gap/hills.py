@@ -71,10 +71,8 @@ def _from_anywhere(fit: Fit, response: Responses, problem: Problem, generator: n
 
 def with_hills(fit: Fit, hills: Mapping[Candidate, np.ndarray]) -> Fit:
     """Return the fit, as uncertain as the hills of its effects, (coordinates, coordinates) each, lie apart."""
-    covariance, start = fit.covariance.copy(), 0
-    for candidate in fit.candidates:
-        own = slice(start, start + len(candidate.coordinates))
+    covariance = fit.covariance.copy()
+    for candidate, own in fit.parts:
         if candidate in hills:
             covariance[own, own] += hills[candidate]
-        start = own.stop
     return replace(fit, covariance=covariance)

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from .evidence import Problem
 from .joint_fit import jointly
 from .refine import Fit, refined
@@ -26,8 +24,7 @@ def parts_alone(pairs: Sequence[Fit], singles: Sequence[Fit], problem: Problem) 
         return list(singles)
     own = best.problem or problem
     machine, found = own.baseline.machine, list(singles)
-    ends = np.cumsum([0, *(len(one.coordinates) for one in best.candidates)])
-    for one, start, stop in zip(best.candidates, ends, ends[1:], strict=False):
-        fit = refined([one], best.position[start:stop], own.plain(), machine, own.predictor)
+    for one, place in best.parts:
+        fit = refined([one], best.position[place], own.plain(), machine, own.predictor)
         found += [jointly(fit, own, moves=MOVES)] if fit else []
     return best_of_each(found, place=True)

@@ -142,14 +142,15 @@ class Fit:
         known = math.sqrt(self.covariance[number, number] * one.least_precision) < TOLD
         return number in self.arcs or pushed or known
 
+    @property
+    def parts(self) -> list[tuple[Candidate, slice]]:
+        """Each effect with the place of its coordinates among all of them."""
+        ends = np.cumsum([0, *(len(one.coordinates) for one in self.candidates)]).tolist()
+        return [(one, slice(ends[i], ends[i + 1])) for i, one in enumerate(self.candidates)]
+
     def values(self) -> list[dict[str, float]]:
         """Return each effect's values by name."""
-        found, start = [], 0
-        for candidate in self.candidates:
-            stop = start + len(candidate.coordinates)
-            found.append(values_at(candidate.coordinates, self.position[start:stop]))
-            start = stop
-        return found
+        return [values_at(one.coordinates, self.position[own]) for one, own in self.parts]
 
 
 def _relative(one: Coordinate, at: float) -> float:

@@ -22,11 +22,8 @@ def at_its_end(fit: Fit, problem: Problem) -> str:
     """Return which of two effects, told by sizes, is as strong as it can be, in words; empty where none is."""
     if len(fit.candidates) != 2:
         return ""
-    words, start = "", 0
-    for candidate in fit.candidates:
-        values = candidate.at(fit.position[start : start + len(candidate.coordinates)]).values()
-        start += len(candidate.coordinates)
-        words = words or _of_one(candidate, values)
+    each = (_of_one(one, one.at(fit.position[place]).values()) for one, place in fit.parts)
+    words = next(filter(None, each), "")
     machine = (fit.problem or problem).baseline.machine
     return words if words and not problem.predictor.repeats(fit.machine(machine)) else ""
 

@@ -91,9 +91,8 @@ def _as_likely(partner: Candidate, singles: Sequence[Fit]) -> list[list[Start]]:
 
 def _alone(pair: Fit, number: int, problem: Problem) -> Fit | None:
     """Return one effect of a pair where it was found, as if it were alone; None where it cannot be computed."""
-    ends = np.cumsum([0, *(len(one.coordinates) for one in pair.candidates)])
-    position = pair.position[ends[number] : ends[number + 1]]
-    response = Responses((pair.candidates[number],), problem.baseline.machine, problem.predictor)
+    one, place = pair.parts[number]
+    position, response = pair.position[place], Responses((one,), problem.baseline.machine, problem.predictor)
     try:
         added = response(position)
         slopes = response.slopes(position, added, np.ones(position.size, dtype=bool))

@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 from rotorwise.diagnose.gap.coordinates import coordinates_of
 from rotorwise.diagnose.gap.hypotheses import Candidate
+from rotorwise.diagnose.gap.refine import Fit
 from rotorwise.diagnose.gap.stretched import at_its_end, stretched_words
 from rotorwise.simulators.effect import effect_catalogue
+from rotorwise.simulators.machine import find_machine
 
 
-def fitted(*effects: tuple[str, dict[str, float]], repeats: bool = False) -> tuple[Any, Any]:
+def fitted(*effects: tuple[str, dict[str, float]], repeats: bool = False) -> tuple[Fit, Any]:
     """The fit of effects at the pinion with some values, and the problem."""
     chosen, places = [], []
     for name, values in effects:
@@ -19,11 +21,11 @@ def fitted(*effects: tuple[str, dict[str, float]], repeats: bool = False) -> tup
         one = Candidate(effect, coordinates_of(effect.parameters()))
         chosen.append(one)
         places += [c.coordinate(values.get(c.parameter.name, c.parameter.default)) for c in one.coordinates]
-    fit = SimpleNamespace(
-        candidates=tuple(chosen), position=np.array(places), problem=None, machine=lambda machine: machine
-    )
+    count, lines = len(places), np.zeros((1, 1, 1), dtype=complex)
+    slopes, none = np.zeros((count, 1, 1, 1), dtype=complex), np.zeros((0, 1))
+    fit = Fit(tuple(chosen), np.array(places), np.eye(count), lines, slopes, 0.0, np.zeros(1), none)
     predictor = SimpleNamespace(repeats=lambda machine: repeats)
-    return fit, SimpleNamespace(baseline=SimpleNamespace(machine=None), predictor=predictor)
+    return fit, SimpleNamespace(baseline=SimpleNamespace(machine=find_machine("gearbox")), predictor=predictor)
 
 
 @pytest.mark.parametrize(("share", "is_told"), [(0.3, False), (0.55, False), (0.597, True)])
