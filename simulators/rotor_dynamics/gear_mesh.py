@@ -35,7 +35,7 @@ from ..assembly import Assembly
 from ..errors import InvalidValueError
 from ..law import Direction, InterfaceForce
 from . import gear_mesh_law as law
-from .gear_mesh_stiffness import SpurPair, StiffnessBranch
+from .gear_mesh_stiffness import OVERLAP, SpurPair, StiffnessBranch
 from .tooth_damage import (
     Damage,
     DamagedTooth,
@@ -285,7 +285,7 @@ def misprinted_branches(pair: SpurPair) -> tuple[StiffnessBranch, StiffnessBranc
 
     fitted = []
     for true, model in zip(pair.branches, (double, single), strict=True):
-        ends = [true.start_phase - 0.05, true.end_phase + 0.05]
+        ends = [true.start_phase - OVERLAP, true.end_phase + OVERLAP]
         curve = np.polynomial.Chebyshev.interpolate(model, true.coefficients.size - 1, ends)
         powers = curve(np.polynomial.Polynomial([true.start_phase, 1.0])).coef
         check = np.linspace(ends[0], ends[1], 101)

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rotorwise.simulators.errors import InvalidValueError
 from rotorwise.simulators.rotor_dynamics import spur_gear
-from rotorwise.simulators.rotor_dynamics.gear_mesh_stiffness import SpurPair
+from rotorwise.simulators.rotor_dynamics.gear_mesh_stiffness import OVERLAP, SpurPair
 from rotorwise.simulators.rotor_dynamics.shaft_parts import Material
 from rotorwise.simulators.rotor_dynamics.spur_gear import SpurGear, beam_energy_density
 from scipy.integrate import quad
@@ -142,7 +142,7 @@ def test_branches_follow_the_model_beyond_their_ends_and_jump_by_one_pair():
     double, single = PAIR.branches
     assert (double.pairs, single.pairs) == (2, 1)
     assert max(double.fit_error, single.fit_error) < 1e-6
-    for phase in np.linspace(single.start_phase - 0.05, 1.05, 33):
+    for phase in np.linspace(single.start_phase - OVERLAP, 1 + OVERLAP, 33):
         assert single.stiffness_n_m(phase) == pytest.approx(PAIR.pair_stiffness_n_m(phase), rel=1e-6)
     rise = double.stiffness_n_m(0.0) - single.stiffness_n_m(1.0)
     fall = double.stiffness_n_m(double.end_phase) - single.stiffness_n_m(single.start_phase)
