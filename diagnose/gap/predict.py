@@ -307,7 +307,7 @@ class Predictor:
                 kinds=[self.kinds[i] for i in seen],
                 missing_noise=None if self.noise is None else self.noise[index][rows],
             )
-        # A simulation is shorter than a record, and shows the skirt of the order there.
+        # A simulation is shorter than a record: its wider band there holds sidebands of gears as well.
         found[:, unstated_beside(machine, self.orders, self.kinds)] = 0.0
         return found
 

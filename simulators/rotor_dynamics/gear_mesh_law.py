@@ -18,7 +18,7 @@ from .tooth_signals import tooth_signals
 ORDER, START, CHANGE, MEAN, DAMPING, BACKLASH, SEPARATES, MEAN_ERROR, POWERS, TEETH, PAIR_POWERS, SERIES = range(12)
 #: Numbers of each error among the parameters.
 EACH = 5
-#: Steps to the angle at which a pair enters; each leaves a hundredth of the one before.
+#: Steps to the angle at which a pair enters; each leaves 3 % of the one before, of a pinion off by 0.2 mm, or less.
 ROUNDS = 8
 
 
